@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/base/content_hash.h"
+
+#include "relight/base/error.h"
+
+#include <xxhash.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+namespace relight {
+namespace {
+
+std::string Hexadecimal(XXH128_hash_t hash) {
+  static constexpr char kDigits[] = "0123456789abcdef";
+  XXH128_canonical_t bytes;
+  XXH128_canonicalFromHash(&bytes, hash);
+  std::string text;
+  for (const unsigned char byte : bytes.digest) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string HashOfText(std::string_view text) {
+  return Hexadecimal(XXH3_128bits(text.data(), text.size()));
+}
+
+std::string HashOfFile(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
+                                                                        &XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  std::vector<char> buffer(std::size_t{1} << 20);
+  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) ||
+         in.gcount() > 0) {
+    XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
+  }
+  if (in.bad()) throw InputError(file.string() + ": cannot be read to its end");
+  return Hexadecimal(XXH3_128bits_digest(state.get()));
+}
+
+}  // namespace relight
