@@ -8,6 +8,7 @@ include(CMakePackageConfigHelpers)
 #
 # Each library that a stage links is known here once: how a user of the package finds it
 # again, and how pkg-config names it. A stage that links another is an error at configure.
+# The targets of pkg_check_modules(NAME IMPORTED_TARGET module) need no line.
 
 set(RELIGHT_EXTERNALS "" CACHE INTERNAL "")
 
@@ -25,11 +26,6 @@ relight_external(eigen MATCHES "^Eigen3::Eigen$" PC eigen3
 relight_external(opencv MATCHES "^opencv_[a-z0-9]+$" CFLAGS "-I${OpenCV_INCLUDE_DIRS}"
   FIND "find_dependency(OpenCV 4.6 COMPONENTS @components@)")
 relight_external(tbb MATCHES "^TBB::tbb$" PC tbb FIND "find_dependency(TBB)")
-relight_external(openimageio MATCHES "^OpenImageIO::" PC OpenImageIO
-  FIND "find_dependency(OpenImageIO)")
-relight_external(opencolorio MATCHES "^OpenColorIO::" PC OpenColorIO
-  FIND "find_dependency(OpenColorIO)")
-relight_external(imath MATCHES "^Imath::" PC Imath FIND "find_dependency(Imath)")
 relight_external(fmt MATCHES "^fmt::" PC fmt FIND "find_dependency(fmt)")
 relight_external(spdlog MATCHES "^spdlog::" PC spdlog FIND "find_dependency(spdlog)")
 relight_external(json MATCHES "^nlohmann_json::" PC nlohmann_json
@@ -38,8 +34,6 @@ relight_external(toml MATCHES "^tomlplusplus::" PC tomlplusplus
   FIND "find_dependency(tomlplusplus)")
 relight_external(highway MATCHES "^hwy::" PC libhwy FIND "find_dependency(hwy)")
 relight_external(date MATCHES "^date::" LIBS "-ldate-tz" FIND "find_dependency(date)")
-relight_external(erfa MATCHES "^PkgConfig::ERFA$" PC erfa
-  FIND "find_dependency(PkgConfig)\npkg_check_modules(ERFA REQUIRED QUIET IMPORTED_TARGET erfa)")
 relight_external(threads MATCHES "^Threads::Threads$" LIBS "-pthread"
   FIND "find_dependency(Threads)")
 
@@ -67,6 +61,13 @@ endforeach()
 list(REMOVE_DUPLICATES linked)
 
 foreach(library IN LISTS linked)
+  if(library MATCHES "^PkgConfig::(.+)$")
+    set(name ${CMAKE_MATCH_1})
+    list(APPEND RELIGHT_FIND_DEPENDENCIES "find_dependency(PkgConfig)"
+      "pkg_check_modules(${name} REQUIRED QUIET IMPORTED_TARGET ${${name}_MODULE_NAME})")
+    list(APPEND RELIGHT_PC_REQUIRES ${${name}_MODULE_NAME})
+    continue()
+  endif()
   set(known "")
   foreach(name IN LISTS RELIGHT_EXTERNALS)
     if(library MATCHES "${RELIGHT_EXTERNAL_${name}_MATCHES}")

@@ -11,7 +11,7 @@ from source_tree import TreeTest, files, run, text_of
 # Whole path components, not a part of an address or of a longer path
 PLACES = ("ho" + "me", "Us" + "ers", "ro" + "ot", "wo" + "rk", "t" + "mp", "m" + "nt", "me" + "dia")
 PATH = re.compile(r"(?<![\w.:/$}~*)-])(?:/(?:" + "|".join(PLACES) + r")/\w[^\s\"'`,;)]*"
-                  r"|[A-Z]:\\+\w+)")
+                  r"|[A-Z]:\\+" + PLACES[1] + r"\b)")
 
 
 def check(root):
@@ -40,7 +40,7 @@ class SelfTest(TreeTest):
         for place in PLACES:
             self.assert_one(check(self.tree({"cli/a.cpp": f'\nOpen("/{place}/someone/x.jpg");\n'})),
                             "cli/a.cpp:2", f"/{place}/someone/x.jpg")
-        self.assert_one(check(self.tree({"samples/capture.toml": 'p = "C:\\\\Users\\\\x"\n'})),
+        self.assert_one(check(self.tree({"samples/capture.toml": 'p = "C:\\\\' + PLACES[1] + '\\\\x"\n'})),
                         "C:\\")
 
     def test_finds_a_link_out_of_the_tree(self):

@@ -2,7 +2,7 @@
 """The folders are the data flow: no stage includes a later one.
 
 - The order is RELIGHT_STAGES in CMakeLists.txt. An include names a file from the root, it
-  exists, and its stage is not a later one; it is the stage itself or one that the stage's
+  exists (or CMake makes it from a .in file of the stage), and its stage is not a later one; it is the stage itself or one that the stage's
   relight_add_stage(… AFTER …) names, directly or through another.
 - OpenImageIO and OpenColorIO are seen in relight/photo and relight/composite only, OpenVDB
   in relight/volume and relight/scattering only. (Tests may use any.)
@@ -69,7 +69,8 @@ def check(root):
         stage = stage_of(name, order)
         for line, quoted, included in includes(path):
             where = f"{name}:{line}: includes {included}"
-            if quoted and not (root / included).is_file():
+            if quoted and not (root / included).is_file() and not (
+                    stage and any((root / stage).rglob(f"{included}.in"))):
                 problems.append(f"{where}, which is no file from the root of the project")
             if stage is None:
                 continue
@@ -116,6 +117,10 @@ class SelfTest(TreeTest):
     def test_finds_a_path_that_is_not_from_the_root(self):
         self.assert_one(self.problems(**{"relight/sky/s.cpp": '#include "s.h"\n'}),
                         "no file from the root")
+
+    def test_takes_a_header_that_cmake_makes(self):
+        self.assertEqual(self.problems(**{
+            "relight/photo/color/c.h.in": "", "relight/photo/p.cpp": '#include "c.h"\n'}), [])
 
     def test_finds_an_include_that_after_does_not_name(self):
         self.assert_one(self.problems(**{
