@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The folders are the data flow: no stage includes a later one.
 
-- The order is RELIGHT_STAGES in CMakeLists.txt. An include names a file from the root, it
-  exists (or CMake makes it from a .in file of the stage), and its stage is not a later one; it is the stage itself or one that the stage's
-  relight_add_stage(… AFTER …) names, directly or through another.
+- The order is RELIGHT_STAGES in CMakeLists.txt. An include names a file from the root; the
+  file exists, or CMake makes it from a .in file of the stage. Its stage is not a later one:
+  it is the stage itself or one that the stage's relight_add_stage(… AFTER …) names,
+  directly or through another.
 - OpenImageIO and OpenColorIO are seen in relight/photo and relight/composite only, OpenVDB
   in relight/volume and relight/scattering only. (Tests may use any.)
 - Heavy headers (OpenVDB, CLI11, toml++, nlohmann) are not included by the headers of the
