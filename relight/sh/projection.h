@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Coefficients of a function on the sphere in real spherical harmonics, and back.
+//
+//   [Sloan02] docs/bibliography.md#sloan02
+//
+//   c_lm = integral over the sphere of f(omega) Y_lm(omega) d omega               (H4)
+//   f(omega) ~ sum_lm c_lm Y_lm(omega)                                            (H5)
+//
+// By SphereQuadrature: exact for functions of few waves on each side of the horizon, with
+// any step at the horizon itself.
+
+#include "relight/sh/basis.h"
+#include "relight/sh/quadrature.h"
+
+#include <Eigen/Core>
+
+namespace relight {
+
+// bands^2 rows; a column a channel.
+using ShCoefficients = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+// c_lm of f: Vector3d -> double.                                                (H4)
+template <class Function>
+Eigen::VectorXd ProjectOnSh(const Function& f,
+                            int bands = kSkyBands,
+                            const SphereQuadratureOptions& options = {}) {
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(ShCount(bands));
+  for (const auto& [direction, weight_sr] : SphereQuadrature(options)) {
+    coefficients += weight_sr * f(direction) * ShBasis(direction, bands);
+  }
+  return coefficients;
+}
+
+// c_lm of f: Vector3d -> Array3d, channel by channel.                           (H4)
+template <class Function>
+ShCoefficients ProjectColorOnSh(const Function& f,
+                                int bands = kSkyBands,
+                                const SphereQuadratureOptions& options = {}) {
+  ShCoefficients coefficients = ShCoefficients::Zero(ShCount(bands), 3);
+  for (const auto& [direction, weight_sr] : SphereQuadrature(options)) {
+    const Eigen::RowVector3d value = f(direction).matrix().transpose();
+    if (value.isZero(0.0)) continue;
+    coefficients += ShBasis(direction, bands) * (weight_sr * value);
+  }
+  return coefficients;
+}
+
+// The coefficients of the function turned about +z by `angle_rad`, from +x to +y:
+// orders m and -m of a band turn by m times the angle.
+//   c'_l,m  = c_l,m cos(m a) - c_l,-m sin(m a)
+//   c'_l,-m = c_l,m sin(m a) + c_l,-m cos(m a)                                  (H6)
+ShCoefficients TurnedAboutZ(const ShCoefficients& coefficients, double angle_rad);
+
+}  // namespace relight

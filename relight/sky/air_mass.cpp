@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/sky/air_mass.h"
+
+#include "relight/base/angles.h"
+#include "relight/base/error.h"
+
+#include <sstream>
+
+namespace relight {
+
+// m(z) = 1 / (cos z + 0.50572 (96.07995 - z)^-1.6364)                 [KastenYoung89]
+double AirMass(double zenith_rad) {
+  const double z_deg = DegFromRad(zenith_rad);
+  if (!(z_deg >= 0.0 && z_deg < 96.0)) {
+    std::ostringstream text;
+    text << "the sun " << z_deg
+         << " degrees from the zenith has no air mass, for the formula ends at 96; choose an hour "
+            "between sunrise and sunset";
+    throw InputError(text.str());
+  }
+  return 1.0 / (std::cos(zenith_rad) + 0.50572 * std::pow(96.07995 - z_deg, -1.6364));
+}
+
+}  // namespace relight

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Relative optical air mass: the length of the way through the atmosphere, in units of
+// the way straight up.
+//
+//   [KastenYoung89] docs/bibliography.md#kastenyoung89
+//
+//   m(z) = 1 / (cos z + 0.50572 (96.07995 - z)^-1.6364),   z in degrees  [KastenYoung89]
+//
+// z is the zenith angle. The paper means the apparent one; we have no refraction and give
+// the true one, as [Cabral11] and [Preetham99] do: at 85 degrees m is then 1.6 % larger.
+
+namespace relight {
+
+// Defined down to the zenith angle 96.08 degrees, a little below the horizon; throws
+// InputError beyond (the sun has set).
+double AirMass(double zenith_rad);
+
+}  // namespace relight
