@@ -19,7 +19,7 @@ import re
 
 from source_tree import CPP, TreeTest, files, run, stage_of, stages
 
-KEY = r"(?:[A-Z][A-Za-z]{2,}\d{2}[a-z]?|MR)"
+KEY = r"(?:[A-Z][A-Za-z]{2,}\d{2,5}[a-z]?|MR)"
 CITATION = re.compile(rf"\[({KEY})(?![A-Za-z0-9])([^\]]*)\]")
 OWN = re.compile(r"\(([A-Z]{1,2})(\d+)\)")
 TEST = re.compile(r"^\s*(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+)\s*,\s*(\w+)\s*\)", re.M)
