@@ -2,7 +2,8 @@
 #pragma once
 
 // Moments and places as plain values (docs/conventions.md#time). Inside the program time
-// is UTC; local time with its offset exists at the door only (relight/photo/capture_time.h).
+// is UTC; local time with its offset exists at the door only
+// (relight/photo/capture_time.h).
 
 #include <chrono>
 

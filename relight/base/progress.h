@@ -18,8 +18,8 @@ class Progress {
   Progress() = default;
   // NOLINTNEXTLINE(google-explicit-constructor): a lambda is a Progress
   template <class Callback>
-    requires std::is_invocable_r_v<bool, Callback, double>
-  Progress(Callback callback) : callback_(std::move(callback)) {}
+  requires std::is_invocable_r_v<bool, Callback, double> Progress(Callback callback)
+      : callback_(std::move(callback)) {}
 
   // Throws Cancelled when the callback answers false.
   void Report(double done) const {

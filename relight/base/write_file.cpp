@@ -32,9 +32,9 @@ namespace {
 // libraries choose the format by it.
 fs::path TemporaryFor(const fs::path& file) {
   static std::atomic<int> count = 0;
-  return file.parent_path() / ("." + file.stem().string() + ".part-" +
-                               std::to_string(getpid()) + "-" + std::to_string(count++) +
-                               file.extension().string());
+  return file.parent_path() /
+         ("." + file.stem().string() + ".part-" + std::to_string(getpid()) + "-" +
+          std::to_string(count++) + file.extension().string());
 }
 
 struct RemoveUnlessKept {
@@ -62,7 +62,8 @@ void WriteFileWhole(const fs::path& file,
   RemoveUnlessKept temporary{TemporaryFor(file)};
 
   // Ask before the work whether a file can be made here at all
-  const int probe = open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  const int probe =
+      open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (probe < 0) Fail(file, "cannot be written", errno);
   close(probe);
   write(temporary.path);
@@ -73,7 +74,8 @@ void WriteFileWhole(const fs::path& file,
   const int flushed = fsync(written) == 0 ? 0 : errno;
   close(written);
   if (flushed != 0) Fail(file, "cannot be written", flushed);
-  if (rename(temporary.path.c_str(), file.c_str()) != 0) Fail(file, "cannot be written", errno);
+  if (rename(temporary.path.c_str(), file.c_str()) != 0)
+    Fail(file, "cannot be written", errno);
   temporary.kept = true;
 }
 

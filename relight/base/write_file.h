@@ -14,13 +14,15 @@ namespace relight {
 // temporary file is removed and `file` is as it was.
 // Throws InputError that names `file` and the reason (folder missing, not writable, disk
 // full), and whatever `write` throws.
-void WriteFileWhole(const std::filesystem::path& file,
-                    const std::function<void(const std::filesystem::path& temporary)>& write);
+void WriteFileWhole(
+    const std::filesystem::path& file,
+    const std::function<void(const std::filesystem::path& temporary)>& write);
 
 // The same for text or bytes at hand.
 void WriteTextWhole(const std::filesystem::path& file, std::string_view text);
 
-// All of a file. Throws InputError when it cannot be read, or is larger than `limit_bytes`.
+// All of a file. Throws InputError when it cannot be read, or is larger than
+// `limit_bytes`.
 std::string ReadText(const std::filesystem::path& file,
                      std::size_t limit_bytes = std::size_t{1} << 30);
 

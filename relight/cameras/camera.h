@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A photo's camera: pose, focal lengths and lens distortion, in the photo's own pixels.
+//
+// Axes and pixel centres: docs/conventions.md#pixels. The distortion is COLMAP's OPENCV
+// model, of which its SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL and RADIAL are special
+// cases: with x, y on the plane z = 1 and r^2 = x^2 + y^2,
+//
+//   x' = x (1 + k1 r^2 + k2 r^4) + 2 p1 x y + p2 (r^2 + 2 x^2)
+//   y' = y (1 + k1 r^2 + k2 r^4) + 2 p2 x y + p1 (r^2 + 2 y^2)           (C1)
+//   u  = fx x' + cx,   v = fy y' + cy
+//
+// Rays are made through it, so that results stay in the photo's own, distorted pixels.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+
+namespace relight {
+
+struct Lens {
+  double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0;  // Of (C1).
+  bool IsPinhole() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0; }
+};
+
+struct Camera {
+  int width_px = 0;
+  int height_px = 0;
+  Eigen::Vector2d focal_px = {1, 1};
+  Eigen::Vector2d center_px = {0, 0};
+  Lens lens;
+  Eigen::Isometry3d camera_from_world = Eigen::Isometry3d::Identity();
+
+  Eigen::Vector3d PositionInWorld() const;
+  // Where the camera looks, ENU unit vector.
+  Eigen::Vector3d ForwardInWorld() const;
+  // Unit vector in the world of the ray through `pixel` (a pixel's centre is at +0.5).
+  Eigen::Vector3d RayInWorld(const Eigen::Vector2d& pixel) const;
+  // Where a point of the world is seen; nothing when it is not in front of the camera.
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world) const;
+  // The same camera for the photo resized to `width` x `height`.
+  Camera Resized(int width, int height) const;
+};
+
+// A ray in the world, for many pixels of one camera: nothing but products inside.
+struct Ray {
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;  // Unit length.
+};
+
+}  // namespace relight

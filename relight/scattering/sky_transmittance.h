@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Transmittance of the volume from each voxel to the whole sphere, in real spherical
+// harmonics (docs/conventions.md#sh), made once for a tree:
+//
+//   c_lm(u) = integral over the full sphere of tau(u, w) Y_lm(w) dw       (S1)
+//
+// so that the light of any sky is a product of coefficients: the inner part of
+// [Cabral11, Eq. 16], whose outer integral along the view ray is linear and done in
+// single_scattering.h. tau is never cut at the horizon (a step there would cost bands);
+// the sky itself is zero below it.
+
+#include "relight/base/field.h"
+#include "relight/base/progress.h"
+#include "relight/volume/extinction_grid.h"
+
+#include <vector>
+
+namespace relight {
+
+struct SkyTransmittanceOptions {
+  int bands = 6;          // [Cabral11 §5]: 6 bands, 36 coefficients.
+  int directions = 1024;  // Over the full sphere, for (S1).
+};
+
+template <class Visitor>
+void Describe(SkyTransmittanceOptions& o, Visitor&& field) {
+  field(o.bands,
+        FieldInfo{"sh-bands", "", "bands of spherical harmonics", Between(1, 8)});
+  field(o.directions,
+        FieldInfo{"sh-directions",
+                  "",
+                  "directions that transmittance is projected from",
+                  Between(64, 65536)});
+}
+
+struct SkyTransmittance {
+  int bands = 0;
+  std::vector<std::vector<float>> coefficients;  // [bands^2][non-empty voxel].
+};
+
+// Throws OptionError, Cancelled. The result does not depend on the threads.
+SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
+                                      const OccupiedVoxels& occupied,
+                                      const SkyTransmittanceOptions& options = {},
+                                      const Progress& progress = {});
+
+}  // namespace relight

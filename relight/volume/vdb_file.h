@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Grids on disk as OpenVDB, so that Blender, Houdini and others open them. The same grids
+// give the same bytes (OpenVDB's random file id is replaced by a hash of the content).
+
+#include "relight/volume/extinction_grid.h"
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relight {
+
+using Metadata = std::map<std::string, std::string>;
+
+// One FloatGrid "extinction" [1/m], background 0, voxel size cell_m, with the number of
+// cells and `metadata` as strings. Throws InputError when it cannot be written.
+void WriteVolume(const std::filesystem::path& file,
+                 const ExtinctionGrid& grid,
+                 const Metadata& metadata = {});
+
+// Throws InputError naming the file and the remedy: not VDB, no "extinction" of floats,
+// voxels not cubic, more than 1024 along a side, a value negative or not finite.
+ExtinctionGrid ReadVolume(const std::filesystem::path& file);
+
+// Values of the non-empty voxels only, one FloatGrid a channel named NAME_0, NAME_1, …
+// values[channel][voxel], voxels in the order of FindOccupied(grid).
+void WriteChannels(const std::filesystem::path& file,
+                   const ExtinctionGrid& grid,
+                   const std::string& name,
+                   std::span<const std::vector<float>> values);
+std::vector<std::vector<float>> ReadChannels(const std::filesystem::path& file,
+                                             const ExtinctionGrid& grid,
+                                             const std::string& name,
+                                             int channels);
+
+}  // namespace relight

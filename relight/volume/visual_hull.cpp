@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/volume/visual_hull.h"
+
+#include "relight/base/error.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relight {
+namespace {
+
+struct Outline {
+  Eigen::Vector2d center_px;
+  double radius_px = 0;  // Half the diagonal of the matte's box
+};
+
+Outline OutlineOf(const MatteView& view) {
+  int left = view.alpha.cols, right = -1, top = view.alpha.rows, bottom = -1;
+  for (int row = 0; row < view.alpha.rows; ++row) {
+    for (int column = 0; column < view.alpha.cols; ++column) {
+      if (view.alpha(row, column) < 0.5f) continue;
+      left = std::min(left, column);
+      right = std::max(right, column);
+      top = std::min(top, row);
+      bottom = std::max(bottom, row);
+    }
+  }
+  if (right < 0) {
+    throw InputError(
+        view.name +
+        ": the matte holds no tree (no pixel above 0.5); make another, or take the "
+        "photo out of the capture");
+  }
+  return {{(left + right + 1) / 2.0, (top + bottom + 1) / 2.0},
+          std::hypot(right - left + 1, bottom - top + 1) / 2};
+}
+
+// The sphere around the point nearest to the central rays:
+// minimise sum_v |(I - d d^T)(p - c)|^2.
+std::pair<Eigen::Vector3d, double> RoughSphere(std::span<const MatteView> views) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+  std::vector<Outline> outlines;
+  for (const MatteView& view : views) {
+    outlines.push_back(OutlineOf(view));
+    const Eigen::Vector3d d = view.camera.RayInWorld(outlines.back().center_px);
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - d * d.transpose();
+    normal += across;
+    right_side += across * view.camera.PositionInWorld();
+  }
+  if (normal.determinant() < 1e-6) {
+    throw InputError(
+        "the photos all look the same way, so that the tree's depth is unknown; add "
+        "photos from "
+        "other sides");
+  }
+  const Eigen::Vector3d center = normal.inverse() * right_side;
+  double radius_m = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const double distance_m = (center - views[v].camera.PositionInWorld()).norm();
+    radius_m = std::max(
+        radius_m,
+        outlines[v].radius_px * distance_m / views[v].camera.focal_px.minCoeff());
+  }
+  return {center, radius_m};
+}
+
+}  // namespace
+
+Eigen::AlignedBox3d HullBounds(std::span<const MatteView> views,
+                               const HullOptions& options,
+                               const Progress& progress) {
+  if (views.size() < 2) throw InputError("a visual hull needs two views or more");
+  RequireUsable(views);
+  const auto [center, radius_m] = RoughSphere(views);
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(1.2 * radius_m);
+  Eigen::AlignedBox3d box(center - reach, center + reach);
+  constexpr int kPasses = 3, kCells = 64;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const ExtinctionGrid grid = EmptyGrid(box, kCells);
+    const std::vector<float> opacity =
+        FootprintOpacity(grid,
+                         views,
+                         options.kth_smallest,
+                         progress.Part(1.0 * pass / kPasses, (pass + 1.0) / kPasses));
+    Eigen::AlignedBox3d found;
+    std::size_t index = 0;
+    for (int z = 0; z < grid.cells.z(); ++z) {
+      for (int y = 0; y < grid.cells.y(); ++y) {
+        for (int x = 0; x < grid.cells.x(); ++x, ++index) {
+          if (opacity[index] >= options.least_alpha) found.extend(grid.Center(x, y, z));
+        }
+      }
+    }
+    if (found.isEmpty()) {
+      throw InputError(
+          "no point of space is tree in all mattes: cameras and mattes do not belong "
+          "together, or "
+          "one matte misses the tree; forgive bad mattes with --kth-smallest 3");
+    }
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(1.5 * grid.cell_m);
+    box = Eigen::AlignedBox3d(found.min() - margin, found.max() + margin);
+  }
+  return box;
+}
+
+}  // namespace relight
