@@ -12,9 +12,9 @@ namespace {
 
 // Factors of (H2), made once.
 struct Recurrence {
-  double diagonal[kMaxShBands];           // Q_m,m / Q_m-1,m-1
-  double a[kMaxShBands][kMaxShBands];     // a[l][m], before the bracket
-  double b[kMaxShBands][kMaxShBands];     // b[l][m], before Q_l-2,m
+  double diagonal[kMaxShBands];        // Q_m,m / Q_m-1,m-1
+  double a[kMaxShBands][kMaxShBands];  // a[l][m], before the bracket
+  double b[kMaxShBands][kMaxShBands];  // b[l][m], before Q_l-2,m
 
   Recurrence() {
     for (int m = 0; m < kMaxShBands; ++m) {
@@ -36,7 +36,7 @@ namespace internal {
 
 // Column m of the triangle after column m - 1: Q down the column by (H2), times the real
 // and imaginary part of (x + i y)^m.
-void FillShBasis(const Eigen::Vector3d& direction, int bands, double* values) {
+void FillSphericalHarmonics(const Eigen::Vector3d& direction, int bands, double* values) {
   static const Recurrence recurrence;
   const double x = direction.x(), y = direction.y(), z = direction.z();
   double diagonal = 1.0, re = 1.0, im = 0.0;
@@ -60,10 +60,10 @@ void FillShBasis(const Eigen::Vector3d& direction, int bands, double* values) {
 
 }  // namespace internal
 
-Eigen::VectorXd ShBasis(const Eigen::Vector3d& direction, int bands) {
+Eigen::VectorXd SphericalHarmonics(const Eigen::Vector3d& direction, int bands) {
   Require(bands >= 1 && bands <= kMaxShBands, "1 to 32 bands of spherical harmonics");
   Eigen::VectorXd values(ShCount(bands));
-  internal::FillShBasis(direction, bands, values.data());
+  internal::FillSphericalHarmonics(direction, bands, values.data());
   return values;
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 
 // Real spherical harmonics, orthonormal, z up, no Condon-Shortley phase
-// (docs/conventions.md#spherical-harmonics). `bands` bands have bands^2 functions; band l,
-// order m is at index l (l + 1) + m.
+// (docs/conventions.md#spherical-harmonics). `bands` bands have bands^2 functions; band
+// l, order m is at index l (l + 1) + m.
 //
 //   [Sloan02] docs/bibliography.md#sloan02
 //
@@ -36,18 +36,19 @@ constexpr int ShCount(int bands) { return bands * bands; }
 constexpr int ShIndex(int l, int m) { return l * (l + 1) + m; }
 
 namespace internal {
-void FillShBasis(const Eigen::Vector3d& direction, int bands, double* values);
+void FillSphericalHarmonics(const Eigen::Vector3d& direction, int bands, double* values);
 }  // namespace internal
 
 // All functions of `bands` bands at a unit direction.
-Eigen::VectorXd ShBasis(const Eigen::Vector3d& direction, int bands);
+Eigen::VectorXd SphericalHarmonics(const Eigen::Vector3d& direction, int bands);
 
 // The same with the size known when compiling, and nothing allocated.
 template <int kBands>
-Eigen::Matrix<double, ShCount(kBands), 1> ShBasis(const Eigen::Vector3d& direction) {
+Eigen::Matrix<double, ShCount(kBands), 1> SphericalHarmonics(
+    const Eigen::Vector3d& direction) {
   static_assert(kBands >= 1 && kBands <= kMaxShBands);
   Eigen::Matrix<double, ShCount(kBands), 1> values;
-  internal::FillShBasis(direction, kBands, values.data());
+  internal::FillSphericalHarmonics(direction, kBands, values.data());
   return values;
 }
 

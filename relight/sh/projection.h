@@ -28,7 +28,7 @@ Eigen::VectorXd ProjectOnSh(const Function& f,
                             const SphereQuadratureOptions& options = {}) {
   Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(ShCount(bands));
   for (const auto& [direction, weight_sr] : SphereQuadrature(options)) {
-    coefficients += weight_sr * f(direction) * ShBasis(direction, bands);
+    coefficients += weight_sr * f(direction) * SphericalHarmonics(direction, bands);
   }
   return coefficients;
 }
@@ -42,7 +42,7 @@ ShCoefficients ProjectColorOnSh(const Function& f,
   for (const auto& [direction, weight_sr] : SphereQuadrature(options)) {
     const Eigen::RowVector3d value = f(direction).matrix().transpose();
     if (value.isZero(0.0)) continue;
-    coefficients += ShBasis(direction, bands) * (weight_sr * value);
+    coefficients += SphericalHarmonics(direction, bands) * (weight_sr * value);
   }
   return coefficients;
 }

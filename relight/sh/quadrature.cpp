@@ -47,7 +47,8 @@ std::vector<Node> GaussLegendre01(int n) {
 }  // namespace
 
 std::vector<WeightedDirection> SphereQuadrature(const SphereQuadratureOptions& options) {
-  Require(options.heights_per_side >= 1 && options.azimuths >= 1, "a quadrature has nodes");
+  Require(options.heights_per_side >= 1 && options.azimuths >= 1,
+          "a quadrature has nodes");
   const double step_rad = 2.0 * pi / options.azimuths;
   std::vector<WeightedDirection> directions;
   for (const double side : {+1.0, -1.0}) {

@@ -11,10 +11,10 @@ namespace relight {
 // m(z) = 1 / (cos z + 0.50572 (96.07995 - z)^-1.6364)                 [KastenYoung89]
 double AirMass(double zenith_rad) {
   const double z_deg = DegFromRad(zenith_rad);
-  if (!(z_deg >= 0.0 && z_deg < 96.0)) {
+  if (!(z_deg >= 0.0 && z_deg <= 91.0)) {
     std::ostringstream text;
     text << "the sun " << z_deg
-         << " degrees from the zenith has no air mass, for the formula ends at 96; choose an hour "
+         << " degrees from the zenith has no air mass, which ends at 91; choose an hour "
             "between sunrise and sunset";
     throw InputError(text.str());
   }

@@ -13,8 +13,8 @@
 
 namespace relight {
 
-// Defined down to the zenith angle 96.08 degrees, a little below the horizon; throws
-// InputError beyond (the sun has set).
+// Defined for z in [0, 91] degrees; throws InputError beyond, where the sun has set and
+// the formula turns back (it has a maximum near 91.7, and ends at 96.08).
 double AirMass(double zenith_rad);
 
 }  // namespace relight

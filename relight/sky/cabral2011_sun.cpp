@@ -14,11 +14,11 @@ Eigen::Array3d Cabral2011SunIrradianceAtAirMass(double air_mass,
                                                 const Cabral2011SunOptions& options) {
   const Eigen::Array3d alpha_n_max_lx(135640.0, 124968.0, 128673.0);
   const Eigen::Array3d beta(0.3570, 0.4621, 0.6718);
-  const Eigen::Array3d k = options.sunset_correction ? Eigen::Array3d(2.5, 2.0, 2.0)
-                                                     : Eigen::Array3d::Ones();
+  const Eigen::Array3d k =
+      options.sunset_correction ? Eigen::Array3d(2.5, 2.0, 2.0) : Eigen::Array3d::Ones();
   return alpha_n_max_lx * (-beta * k.unaryExpr([&](double power) {
-           return std::pow(air_mass, power);
-         })).exp();
+                            return std::pow(air_mass, power);
+                          })).exp();
 }
 
 Eigen::Array3d Cabral2011SunIrradiance(const Eigen::Vector3d& sun_in_world,

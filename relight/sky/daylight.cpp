@@ -20,15 +20,18 @@ void CheckOptions(const DaylightOptions& options) {
     CheckFields(PreethamSkyOptions{.turbidity = *options.turbidity});
   }
   const bool cabral2011 = options.model == SkyModel::kCabral2011;
-  if (cabral2011 && options.turbidity.value_or(kCabral2011Turbidity) != kCabral2011Turbidity) {
+  if (cabral2011 &&
+      options.turbidity.value_or(kCabral2011Turbidity) != kCabral2011Turbidity) {
     std::ostringstream text;
-    text << "turbidity must be 4.2 with the sky cabral2011, whose sun is made for that, got "
+    text << "turbidity must be 4.2 with the sky cabral2011, whose sun is made for that, "
+            "got "
          << *options.turbidity << "; leave it out or take the sky preetham";
     throw OptionError(text.str());
   }
   if (!cabral2011 && options.sunset_correction) {
-    throw OptionError("sunset-correction belongs to the sky cabral2011, got preetham; leave it "
-                      "out or take the sky cabral2011");
+    throw OptionError(
+        "sunset-correction belongs to the sky cabral2011, got preetham; leave it "
+        "out or take the sky cabral2011");
   }
 }
 
@@ -55,17 +58,18 @@ Daylight MakeDaylight(const SolarPosition& sun, const DaylightOptions& options) 
   }
 
   if (options.model == SkyModel::kCabral2011) {
-    return {.sun_direction = direction,
-            .sun_irradiance = Cabral2011SunIrradiance(
-                direction, {.sunset_correction = options.sunset_correction}),
-            .sky = PreethamSky(direction, {.turbidity = kCabral2011Turbidity,
-                                           .clamp = SkyClamp::kRec709})};
+    return {
+        .sun_direction = direction,
+        .sun_irradiance = Cabral2011SunIrradiance(
+            direction, {.sunset_correction = options.sunset_correction}),
+        .sky = PreethamSky(
+            direction, {.turbidity = kCabral2011Turbidity, .clamp = SkyClamp::kRec709})};
   }
   const double turbidity = options.turbidity.value_or(kDefaultTurbidity);
-  return {.sun_direction = direction,
-          .sun_irradiance =
-              PreethamSunIrradiance(direction, {.turbidity = turbidity}).rgb_lx,
-          .sky = PreethamSky(direction, {.turbidity = turbidity})};
+  return {
+      .sun_direction = direction,
+      .sun_irradiance = PreethamSunIrradiance(direction, {.turbidity = turbidity}).rgb_lx,
+      .sky = PreethamSky(direction, {.turbidity = turbidity})};
 }
 
 Daylight UniformDaylight(const Eigen::Array3d& radiance, bool full_sphere) {

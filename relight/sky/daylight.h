@@ -12,9 +12,10 @@
 //                same paper's transmittances, with the same turbidity
 //
 // All colours are linear Rec.709, photometric: lux for the sun, cd/m2 for the sky, so
-// that sun + integral of the sky is in one unit. With `preetham` a channel may be negative
-// (a deep orange sun, a deep blue sky): the conversion to wider primaries is linear, so
-// it can still be made afterwards, from these values or from anything linear in them.
+// that sun + integral of the sky is in one unit. With `preetham` a channel may be
+// negative (a deep orange sun, a deep blue sky): the conversion to wider primaries is
+// linear, so it can still be made afterwards, from these values or from anything linear
+// in them.
 
 #include "relight/base/field.h"
 #include "relight/sky/preetham_sky.h"
@@ -31,14 +32,16 @@ enum class SkyModel { kPreetham, kCabral2011 };
 
 struct DaylightOptions {
   SkyModel model = SkyModel::kPreetham;
-  std::optional<double> turbidity;  // Left out: 3 for kPreetham; kCabral2011 has 4.2 only.
-  bool sunset_correction = false;   // Of kCabral2011 only.
+  std::optional<double> turbidity =
+      {};                          // Left out: 3 for kPreetham; kCabral2011 has 4.2 only.
+  bool sunset_correction = false;  // Of kCabral2011 only.
 };
 
 template <class Visitor>
 void Describe(DaylightOptions& o, Visitor&& field) {
   field(o.model, {"sky", "", "model of sun and sky: preetham or cabral2011"});
-  field(o.turbidity, {"turbidity", "", "haze of the air: 2 clear, 6 hazy", Between(1.7, 10)});
+  field(o.turbidity,
+        {"turbidity", "", "haze of the air: 2 clear, 6 hazy", Between(1.7, 10)});
   field(o.sunset_correction,
         {"sunset-correction", "", "a sun that fades faster when low (cabral2011)"});
 }
@@ -50,17 +53,19 @@ struct UniformSky {
 };
 
 struct Daylight {
-  Eigen::Vector3d sun_direction = Eigen::Vector3d::UnitZ();  // Unit vector to the sun, ENU.
-  Eigen::Array3d sun_irradiance = Eigen::Array3d::Zero();    // [lx], on a plane facing it.
-  std::variant<UniformSky, PreethamSky> sky;
+  Eigen::Vector3d sun_direction =
+      Eigen::Vector3d::UnitZ();                            // Unit vector to the sun, ENU.
+  Eigen::Array3d sun_irradiance = Eigen::Array3d::Zero();  // [lx], on a plane facing it.
+  std::variant<UniformSky, PreethamSky> sky = {};
 
   // [cd/m2] from a unit direction; 0 below the horizon (but for a UniformSky of a full
   // sphere). The horizon itself belongs to the sky.
   Eigen::Array3d SkyRadiance(const Eigen::Vector3d& direction_in_world) const;
 };
 
-// Throws InputError when the sun is at or below the horizon, and OptionError for a turbidity
-// outside 1.7 to 10, another than 4.2 with kCabral2011, and a sunset correction without it.
+// Throws InputError when the sun is at or below the horizon, and OptionError for a
+// turbidity outside 1.7 to 10, another than 4.2 with kCabral2011, and a sunset correction
+// without it.
 Daylight MakeDaylight(const SolarPosition& sun, const DaylightOptions& options = {});
 
 // No sun, and the same radiance [cd/m2] from everywhere: for tests and white furnaces.

@@ -18,14 +18,16 @@ struct Sector {
 
 constexpr std::array<Sector, 8> kSectors = {{
     {"sun in front of you", "from the front", "falls towards you"},
-    {"sun in front of you on the right", "from the front on the right",
+    {"sun in front of you on the right",
+     "from the front on the right",
      "falls towards you to the left"},
     {"sun on your right", "from the right", "falls to the left"},
     {"sun behind you on the right", "from behind on the right", "falls away to the left"},
     {"sun behind you", "from behind", "falls away from you"},
     {"sun behind you on the left", "from behind on the left", "falls away to the right"},
     {"sun on your left", "from the left", "falls to the right"},
-    {"sun in front of you on the left", "from the front on the left",
+    {"sun in front of you on the left",
+     "from the front on the left",
      "falls towards you to the right"},
 }};
 
@@ -56,7 +58,8 @@ std::string LightInWords(double azimuth_from_heading_rad, double elevation_rad) 
 std::string LightInFewWords(double azimuth_from_heading_rad, double elevation_rad) {
   if (elevation_rad <= 0.0) return "from below the horizon";
   if (elevation_rad >= kOverhead_rad) return "from overhead, " + Degrees(elevation_rad);
-  return std::string(SectorOf(azimuth_from_heading_rad).from) + ", " + Degrees(elevation_rad);
+  return std::string(SectorOf(azimuth_from_heading_rad).from) + ", " +
+         Degrees(elevation_rad);
 }
 
 }  // namespace relight

@@ -5,6 +5,8 @@
 #include "relight/base/error.h"
 #include "relight/sky/rec709.h"
 
+#include <Eigen/Geometry>
+
 #include <sstream>
 
 namespace relight {
@@ -14,16 +16,62 @@ namespace {
 double ZenithChromaticity(const double (&M)[3][4], double T, double theta_s) {
   const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(&M[0][0]);
   const Eigen::RowVector3d in_turbidity(T * T, T, 1.0);
-  const Eigen::Vector4d in_angle(theta_s * theta_s * theta_s, theta_s * theta_s, theta_s, 1.0);
+  const Eigen::Vector4d in_angle(
+      theta_s * theta_s * theta_s, theta_s * theta_s, theta_s, 1.0);
   return in_turbidity * matrix * in_angle;
 }
 
-constexpr double kZenithX[3][4] = {{0.00166, -0.00375, 0.00209, 0.0},
-                                   {-0.02903, 0.06377, -0.03202, 0.00394},
-                                   {0.11693, -0.21196, 0.06052, 0.25886}};
-constexpr double kZenithY[3][4] = {{0.00275, -0.00610, 0.00317, 0.0},
-                                   {-0.04214, 0.08970, -0.04153, 0.00516},
-                                   {0.15346, -0.26756, 0.06670, 0.26688}};
+// What is linear in T: slope and value at T = 0 of A, B, C, D, E.
+using PerezTable = double[5][2];
+
+struct Coefficients {
+  PerezTable luminance, x, y;
+  double zenith_x[3][4], zenith_y[3][4];
+};
+
+constexpr Coefficients kPaper = {.luminance = {{0.1787, -1.4630},
+                                               {-0.3554, 0.4275},
+                                               {-0.0227, 5.3251},
+                                               {0.1206, -2.5771},
+                                               {-0.0670, 0.3703}},
+                                 .x = {{-0.0193, -0.2592},
+                                       {-0.0665, 0.0008},
+                                       {-0.0004, 0.2125},
+                                       {-0.0641, -0.8989},
+                                       {-0.0033, 0.0452}},
+                                 .y = {{-0.0167, -0.2608},
+                                       {-0.0950, 0.0092},
+                                       {-0.0079, 0.2102},
+                                       {-0.0441, -1.6537},
+                                       {-0.0109, 0.0529}},
+                                 .zenith_x = {{0.00166, -0.00375, 0.00209, 0.0},
+                                              {-0.02903, 0.06377, -0.03202, 0.00394},
+                                              {0.11693, -0.21196, 0.06052, 0.25886}},
+                                 .zenith_y = {{0.00275, -0.00610, 0.00317, 0.0},
+                                              {-0.04214, 0.08970, -0.04153, 0.00516},
+                                              {0.15346, -0.26756, 0.06670, 0.26688}}};
+
+constexpr Coefficients kProgram = {.luminance = {{0.17872, -1.46303},
+                                                 {-0.35540, 0.42749},
+                                                 {-0.02266, 5.32505},
+                                                 {0.12064, -2.57705},
+                                                 {-0.06696, 0.37027}},
+                                   .x = {{-0.01925, -0.25922},
+                                         {-0.06651, 0.00081},
+                                         {-0.00041, 0.21247},
+                                         {-0.06409, -0.89887},
+                                         {-0.00325, 0.04517}},
+                                   .y = {{-0.01669, -0.26078},
+                                         {-0.09495, 0.00921},
+                                         {-0.00792, 0.21023},
+                                         {-0.04405, -1.65369},
+                                         {-0.01092, 0.05291}},
+                                   .zenith_x = {{0.00165, -0.00374, 0.00208, 0.0},
+                                                {-0.02902, 0.06377, -0.03202, 0.00394},
+                                                {0.11693, -0.21196, 0.06052, 0.25885}},
+                                   .zenith_y = {{0.00275, -0.00610, 0.00316, 0.0},
+                                                {-0.04214, 0.08970, -0.04153, 0.00515},
+                                                {0.15346, -0.26756, 0.06669, 0.26688}}};
 
 // Y_z = (4.0453 T - 4.9710) tan chi - 0.2155 T + 2.4192  [kcd/m2],
 // chi = (4/9 - T/120) (pi - 2 theta_s)                                 [Preetham99]
@@ -55,19 +103,23 @@ PreethamSky::PreethamSky(const Eigen::Vector3d& sun_in_world,
   }
 
   // The five coefficients of each distribution, linear in the turbidity
+  const Coefficients& table =
+      options.coefficients == PreethamCoefficients::kPaper ? kPaper : kProgram;
   const double T = options.turbidity;
-  luminance_ = {0.1787 * T - 1.4630, -0.3554 * T + 0.4275, -0.0227 * T + 5.3251,
-                0.1206 * T - 2.5771, -0.0670 * T + 0.3703};
-  x_ = {-0.0193 * T - 0.2592, -0.0665 * T + 0.0008, -0.0004 * T + 0.2125,
-        -0.0641 * T - 0.8989, -0.0033 * T + 0.0452};
-  y_ = {-0.0167 * T - 0.2608, -0.0950 * T + 0.0092, -0.0079 * T + 0.2102,
-        -0.0441 * T - 1.6537, -0.0109 * T + 0.0529};
+  const auto at_turbidity = [T](const PerezTable& of) {
+    const auto value = [&](int i) { return of[i][0] * T + of[i][1]; };
+    return Perez{value(0), value(1), value(2), value(3), value(4)};
+  };
+  luminance_ = at_turbidity(table.luminance);
+  x_ = at_turbidity(table.x);
+  y_ = at_turbidity(table.y);
 
   // The zenith, and F there
   const double cos_theta_s = sun_.z();
   const double theta_s = AngleBetween(sun_, Eigen::Vector3d::UnitZ());
-  zenith_ = {ZenithLuminance(T, theta_s), ZenithChromaticity(kZenithX, T, theta_s),
-             ZenithChromaticity(kZenithY, T, theta_s)};
+  zenith_ = {ZenithLuminance(T, theta_s),
+             ZenithChromaticity(table.zenith_x, T, theta_s),
+             ZenithChromaticity(table.zenith_y, T, theta_s)};
   Require(zenith_.luminance_cd_per_m2 > 0.0, "the zenith is bright for T in 1.7 to 10");
   luminance_at_zenith_ = luminance_(1.0, theta_s, cos_theta_s);
   x_at_zenith_ = x_(1.0, theta_s, cos_theta_s);

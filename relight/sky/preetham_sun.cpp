@@ -28,13 +28,14 @@ struct Sample {
 // Piecewise linear through samples of rising wavelength.
 template <std::size_t kCount>
 double Interpolate(const Sample (&table)[kCount], double wavelength_nm) {
-  const Sample* above = std::find_if(std::begin(table) + 1, std::end(table) - 1,
-                                     [&](const Sample& s) {
-                                       return s.wavelength_nm >= wavelength_nm;
-                                     });
+  const Sample* above =
+      std::find_if(std::begin(table) + 1, std::end(table) - 1, [&](const Sample& s) {
+        return s.wavelength_nm >= wavelength_nm;
+      });
   const Sample& a = *(above - 1);
   const Sample& b = *above;
-  const double t = (wavelength_nm - a.wavelength_nm) / (b.wavelength_nm - a.wavelength_nm);
+  const double t =
+      (wavelength_nm - a.wavelength_nm) / (b.wavelength_nm - a.wavelength_nm);
   return a.value + t * (b.value - a.value);
 }
 
@@ -62,9 +63,15 @@ constexpr Sample kOzone[] = {
     {750, 0.009}};
 
 // Absorption of water vapour, k_wa [1/cm].                             [Preetham99]
-constexpr Sample kWater[] = {{380, 0.0},   {689, 0.0},    {690, 0.016},
-                             {700, 0.024}, {710, 0.0125}, {720, 1.0},
-                             {730, 0.87},  {740, 0.061},  {750, 0.001}};
+constexpr Sample kWater[] = {{380, 0.0},
+                             {689, 0.0},
+                             {690, 0.016},
+                             {700, 0.024},
+                             {710, 0.0125},
+                             {720, 1.0},
+                             {730, 0.87},
+                             {740, 0.061},
+                             {750, 0.001}};
 
 // CIE 1931 two-degree observer from 380 to 750 nm in steps of 5 nm: xbar, ybar, zbar.
 constexpr double kObserver[][3] = {

@@ -10,7 +10,8 @@
 //   tau_o = exp(-0.35 k_o m)                                ozone, 0.35 cm
 //   tau_w = exp(-0.2385 k_wa w m / (1 + 20.07 k_wa w m)^0.45)  water vapour, w = 2 cm
 //                                                                       [Preetham99]
-//   E     = 683 lm/W * omega_s * integral L_0 tau_r tau_a tau_o tau_w (xbar, ybar, zbar) dl
+//   E     = 683 lm/W * omega_s * integral L_0 tau_r tau_a tau_o tau_w (xbar, ybar, zbar)
+//   dl
 //                                                                              (K4)
 // l       wavelength [um] in these formulas       m   air mass [KastenYoung89]
 // beta    0.04608 T - 0.04586, T the turbidity (we carry the authors' further digits)
@@ -32,7 +33,8 @@ struct PreethamSunOptions {
 
 template <class Visitor>
 void Describe(PreethamSunOptions& o, Visitor&& field) {
-  field(o.turbidity, {"turbidity", "", "haze of the air: 2 clear, 6 hazy", Between(1.7, 10)});
+  field(o.turbidity,
+        {"turbidity", "", "haze of the air: 2 clear, 6 hazy", Between(1.7, 10)});
 }
 
 // What each part of the atmosphere lets through at one wavelength, each in [0, 1].
@@ -46,15 +48,18 @@ struct SunTransmittance {
 };
 
 // `wavelength_nm` in [380, 750].
-SunTransmittance SunTransmittanceAt(double wavelength_nm, double turbidity, double air_mass);
+SunTransmittance SunTransmittanceAt(double wavelength_nm,
+                                    double turbidity,
+                                    double air_mass);
 
-// L_0 [W m^-2 nm^-1 sr^-1], linear between the paper's 10 nm; `wavelength_nm` in [380, 750].
+// L_0 [W m^-2 nm^-1 sr^-1], linear between the paper's 10 nm; `wavelength_nm` in [380,
+// 750].
 double SunRadianceAboveAtmosphere(double wavelength_nm);
 
 // On a plane that faces the sun.
 struct SunIrradiance {
-  Eigen::Array3d xyz_lx;     // CIE 1931; the second is the illuminance.
-  Eigen::Array3d rgb_lx;     // Linear Rec.709, nothing clamped: blue is negative at dusk.
+  Eigen::Array3d xyz_lx;  // CIE 1931; the second is the illuminance.
+  Eigen::Array3d rgb_lx;  // Linear Rec.709, nothing clamped: blue is negative at dusk.
   double visible_w_per_m2 = 0.0;  // From 380 to 750 nm.
 };
 

@@ -14,7 +14,7 @@ Eigen::Matrix3d MatrixXyzFromRec709() {
   };
   Eigen::Matrix3d primaries;
   primaries << xyz_of(0.64, 0.33), xyz_of(0.30, 0.60), xyz_of(0.15, 0.06);
-  const Eigen::Vector3d white(0.95047, 1.0, 1.08883);  // D65, two-degree observer
+  const Eigen::Vector3d white(0.95047, 1.0, 1.08883);  // D65 in five digits
   return primaries * (primaries.inverse() * white).asDiagonal();
 }
 

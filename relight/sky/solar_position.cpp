@@ -33,8 +33,9 @@ void CheckYear(Instant instant) {
   const int year = static_cast<int>(date.year());
   if (year >= 1900 && year <= 2099) return;
   std::ostringstream text;
-  text << "the year " << year
-       << " is outside 1900 to 2099, for which the sun's place is known; correct the date";
+  text
+      << "the year " << year
+      << " is outside 1900 to 2099, for which the sun's place is known; correct the date";
   throw InputError(text.str());
 }
 
@@ -84,9 +85,23 @@ SolarPosition SolarPositionAt(Instant instant,
   const double cio_locator = eraS06(tt.day, tt.fraction, x, y);
   const double rotation_angle = eraEra00(ut1.day, ut1.fraction);
   eraASTROM observer;
-  eraApco(tt.day, tt.fraction, earth_from_barycentre, earth_from_sun[0], x, y, cio_locator,
-          rotation_angle, RadFromDeg(place.longitude_deg), RadFromDeg(place.latitude_deg),
-          place.altitude_m, 0.0, 0.0, eraSp00(tt.day, tt.fraction), 0.0, 0.0, &observer);
+  eraApco(tt.day,
+          tt.fraction,
+          earth_from_barycentre,
+          earth_from_sun[0],
+          x,
+          y,
+          cio_locator,
+          rotation_angle,
+          RadFromDeg(place.longitude_deg),
+          RadFromDeg(place.latitude_deg),
+          place.altitude_m,
+          0.0,
+          0.0,
+          eraSp00(tt.day, tt.fraction),
+          0.0,
+          0.0,
+          &observer);
 
   // Sun from the observer, then aberration (K1)
   double sun_from_observer[3], distance_au, natural[3], proper[3];
@@ -102,8 +117,14 @@ SolarPosition SolarPositionAt(Instant instant,
   eraRxp(observer.bpn, proper, of_date);
   eraC2s(of_date, &ra_rad, &dec_rad);
   double azimuth_rad, zenith_rad, hour_angle_rad, observed_dec_rad, observed_ra_rad;
-  eraAtioq(eraAnp(ra_rad), dec_rad, &observer, &azimuth_rad, &zenith_rad, &hour_angle_rad,
-           &observed_dec_rad, &observed_ra_rad);
+  eraAtioq(eraAnp(ra_rad),
+           dec_rad,
+           &observer,
+           &azimuth_rad,
+           &zenith_rad,
+           &hour_angle_rad,
+           &observed_dec_rad,
+           &observed_ra_rad);
 
   const double elevation_rad = std::numbers::pi / 2 - zenith_rad;
   return {.azimuth_rad = azimuth_rad,

@@ -26,7 +26,7 @@ namespace relight {
 
 struct SolarOptions {
   // TT - UT1. When given, the instant is read as UT1; else as UTC, with UT1 = UTC.
-  std::optional<double> delta_t_s;
+  std::optional<double> delta_t_s = {};
 };
 
 template <class Visitor>

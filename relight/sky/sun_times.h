@@ -21,8 +21,8 @@ struct SunTimes {
   std::optional<Instant> sunset;   // before to noon, or from noon to the midnight after.
 };
 
-// `date` is the day at the place itself: its noon is the one nearest to 12 h of local mean
-// time, UTC + longitude / 15. Throws InputError as SolarPositionAt does.
+// `date` is the day at the place itself: its noon is the one nearest to 12 h of local
+// mean time, UTC + longitude / 15. Throws InputError as SolarPositionAt does.
 SunTimes SunTimesOf(std::chrono::year_month_day date, const Place& place);
 
 }  // namespace relight
