@@ -13,6 +13,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <type_traits>
@@ -62,16 +63,20 @@ struct FieldInfo {
 // "voxel-size must be > 0 m, got -0.1".
 template <class Options>
 void CheckFields(const Options& options) {
+  const auto check = [](double value, const FieldInfo& info) {
+    if (info.range.Holds(value)) return;
+    std::ostringstream text;
+    text << info.name << " must be " << info.range.InWords() << (*info.unit ? " " : "")
+         << info.unit << ", got " << value;
+    throw OptionError(text.str());
+  };
   Options copy = options;
-  Describe(copy, [](const auto& value, const FieldInfo& info) {
+  Describe(copy, [&](const auto& value, const FieldInfo& info) {
     using Value = std::decay_t<decltype(value)>;
-    if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {
-      if (!info.range.Holds(static_cast<double>(value))) {
-        std::ostringstream text;
-        text << info.name << " must be " << info.range.InWords()
-             << (*info.unit ? " " : "") << info.unit << ", got " << value;
-        throw OptionError(text.str());
-      }
+    if constexpr (std::is_same_v<Value, std::optional<double>>) {
+      if (value) check(*value, info);
+    } else if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {
+      check(static_cast<double>(value), info);
     }
   });
 }

@@ -4,7 +4,7 @@
 #include "relight/base/parallel.h"
 #include "relight/scattering/transmittance.h"
 #include "relight/sh/basis.h"
-#include "relight/sh/projection.h"
+#include "relight/sh/quadrature.h"
 
 #include <cmath>
 #include <numbers>
