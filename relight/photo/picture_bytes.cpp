@@ -2,12 +2,35 @@
 #include "relight/photo/picture_bytes.h"
 
 #include "relight/base/error.h"
+#include "relight/base/write_file.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <limits>
+#include <memory>
+
 namespace relight {
 namespace {
+
+// A file in memory that has a path. OpenImageIO's own memory files cannot be read back
+// while they are written, which TIFF needs for its directories.
+class MemoryFile {
+ public:
+  MemoryFile() : descriptor_(memfd_create("picture", MFD_CLOEXEC)) {
+    Require(descriptor_ >= 0, "a file in memory");
+  }
+  ~MemoryFile() { close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+ private:
+  int descriptor_;
+};
 
 struct Writer {
   const char* name;
@@ -80,15 +103,22 @@ std::string EncodePicture(PictureFormat format,
     throw InputError(file.string() + ": this OpenImageIO cannot write " + writer.name +
                      "; choose another extension");
   }
+  const auto make = [&](const std::string& name) {
+    if (!output->open(name, spec) || !output->write_image(in_memory, samples.data) ||
+        !output->close() || output->has_error()) {
+      throw InputError(file.string() + ": cannot be made: " + output->geterror());
+    }
+  };
+  if (format == PictureFormat::kTiff) {
+    const MemoryFile memory;
+    make(memory.path());
+    return ReadText(memory.path(), std::numeric_limits<std::size_t>::max());
+  }
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
   void* proxy = &memory;
   spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-  const std::string name = std::string("picture") + writer.extension;
-  if (!output->open(name, spec) || !output->write_image(in_memory, samples.data) ||
-      !output->close()) {
-    throw InputError(file.string() + ": cannot be made: " + output->geterror());
-  }
+  make(std::string("picture") + writer.extension);
   return {bytes.begin(), bytes.end()};
 }
 
