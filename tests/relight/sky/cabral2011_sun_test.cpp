@@ -16,7 +16,7 @@ namespace relight {
 namespace {
 
 // How well one exponential fits Preetham's sun: at the table's air masses, which end at
-// 3.8, between them, and from there to air mass 5 (docs/validation.md).
+// 3.8, between them, and from there to air mass 5.
 constexpr double kFit = 0.003;
 constexpr double kFitBetween = 0.004;
 constexpr double kFitTo5 = 0.02;
