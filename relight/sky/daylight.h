@@ -32,8 +32,8 @@ enum class SkyModel { kPreetham, kCabral2011 };
 
 struct DaylightOptions {
   SkyModel model = SkyModel::kPreetham;
-  std::optional<double> turbidity =
-      {};                          // Left out: 3 for kPreetham; kCabral2011 has 4.2 only.
+  // Left out: 3 for kPreetham; kCabral2011 has 4.2 only.
+  std::optional<double> turbidity = {};
   bool sunset_correction = false;  // Of kCabral2011 only.
 };
 
@@ -53,9 +53,9 @@ struct UniformSky {
 };
 
 struct Daylight {
-  Eigen::Vector3d sun_direction =
-      Eigen::Vector3d::UnitZ();                            // Unit vector to the sun, ENU.
-  Eigen::Array3d sun_irradiance = Eigen::Array3d::Zero();  // [lx], on a plane facing it.
+  // Unit vector to the sun, ENU, and its irradiance [lx] on a plane that faces it.
+  Eigen::Vector3d sun_direction = Eigen::Vector3d::UnitZ();
+  Eigen::Array3d sun_irradiance = Eigen::Array3d::Zero();
   std::variant<UniformSky, PreethamSky> sky = {};
 
   // [cd/m2] from a unit direction; 0 below the horizon (but for a UniformSky of a full

@@ -114,6 +114,8 @@ constexpr double kObserver[][3] = {
     {0.000690, 0.000249, 0.000000}, {0.000476, 0.000172, 0.000000},
     {0.000332, 0.000120, 0.000000}};
 
+static_assert(std::size(kObserver) == (kLast_nm - kFirst_nm) / kStep_nm + 1);
+
 void RequireInRange(double wavelength_nm) {
   Require(wavelength_nm >= kFirst_nm && wavelength_nm <= kLast_nm,
           "a wavelength of the sun's table is 380 to 750 nm");
