@@ -33,7 +33,8 @@ enum class Tone {
 
 struct ReadPhotoOptions {
   Tone tone = Tone::kSrgb;  // No effect on scene-linear files.
-  std::string color_space = {};  // A name of the colour config; empty: what the file says.
+  std::string color_space =
+      {};  // A name of the colour config; empty: what the file says.
 };
 
 template <class Visitor>

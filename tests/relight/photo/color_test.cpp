@@ -21,7 +21,8 @@ TEST(Color, SrgbIsItsClosedForm) {
   constexpr double kFloatPower = 3e-7;
   for (int i = -100; i <= 4000; ++i) {
     const double linear = i / 1000.0;
-    EXPECT_NEAR(SrgbFromLinear(static_cast<float>(linear)), SrgbInDouble(linear),
+    EXPECT_NEAR(SrgbFromLinear(static_cast<float>(linear)),
+                SrgbInDouble(linear),
                 kFloatPower * (1 + SrgbInDouble(std::abs(linear))));
   }
   EXPECT_EQ(SrgbFromLinear(0.f), 0.f);
@@ -45,15 +46,16 @@ TEST(Color, CameraCurveRisesKeepsItsFixedPointsAndComesBack) {
   for (int i = 0; i <= 1000; ++i) {
     const double camera = CameraFromDisplay(i / 1000.0);
     EXPECT_GT(camera, last);
-    EXPECT_NEAR(DisplayFromCamera(camera), i / 1000.0, 1e-12);  // Newton, to the last digits
+    EXPECT_NEAR(
+        DisplayFromCamera(camera), i / 1000.0, 1e-12);  // Newton, to the last digits
     last = camera;
   }
   EXPECT_LT(CameraFromDisplay(0.25), 0.25);
   EXPECT_GT(CameraFromDisplay(0.75), 0.75);
 }
 
-// How far two pictures' logarithms of luminance part after the best gain, over what neither
-// has clipped.
+// How far two pictures' logarithms of luminance part after the best gain, over what
+// neither has clipped.
 double LogResidual(const cv::Mat3f& a, const cv::Mat3f& b) {
   const auto luminance = [](const cv::Vec3f& p) {
     return 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
@@ -76,8 +78,10 @@ TEST(Color, CameraToneBringsACamerasPhotoNearerToLinearLight) {
   RELIGHT_SKIP_WITHOUT_SHARED("data/maple/photos_camera");
   for (const char* view : {"view_00", "view_04"}) {
     const cv::Mat3f linear =
-        ReadPhoto(tests::SharedPath("data/maple/linear") / (std::string(view) + ".exr")).pixels;
-    const auto jpeg = tests::SharedPath("data/maple/photos_camera") / (std::string(view) + ".jpg");
+        ReadPhoto(tests::SharedPath("data/maple/linear") / (std::string(view) + ".exr"))
+            .pixels;
+    const auto jpeg =
+        tests::SharedPath("data/maple/photos_camera") / (std::string(view) + ".jpg");
     const double as_srgb = LogResidual(ReadPhoto(jpeg).pixels, linear);
     const double as_camera =
         LogResidual(ReadPhoto(jpeg, {.tone = Tone::kCamera}).pixels, linear);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Files for the tests of relight/photo, made byte by byte: what they hold is known without
-// asking the library that reads them.
+// Files for the tests of relight/photo, made byte by byte: what they hold is known
+// without asking the library that reads them.
 
 #include "relight/base/write_file.h"
 #include "relight/photo/write_photo.h"
@@ -45,7 +45,8 @@ class TemporaryFolder {
 // An environment variable for the length of a test; empty: unset.
 class WithEnvironment {
  public:
-  WithEnvironment(const char* name, const std::optional<std::string>& value) : name_(name) {
+  WithEnvironment(const char* name, const std::optional<std::string>& value)
+      : name_(name) {
     if (const char* before = std::getenv(name)) before_ = before;
     Set(value);
   }
@@ -115,7 +116,8 @@ inline std::string MakeTiff(std::vector<TiffField> main,
                           kGps = 34853;
   if (!pixels.empty()) {
     main.push_back(LongField(kStripOffsets, 0));
-    main.push_back(LongField(kStripByteCounts, static_cast<std::uint32_t>(pixels.size())));
+    main.push_back(
+        LongField(kStripByteCounts, static_cast<std::uint32_t>(pixels.size())));
   }
   if (!exif.empty()) main.push_back(LongField(kExif, 0));
   if (!gps.empty()) main.push_back(LongField(kGps, 0));

@@ -40,7 +40,8 @@ std::vector<tests::TiffField> PictureFields(int width,
   std::vector<tests::TiffField> fields = {
       tests::LongField(256, static_cast<std::uint32_t>(width)),
       tests::LongField(257, static_cast<std::uint32_t>(height)),
-      ShortField(258, std::vector<std::uint16_t>(static_cast<std::size_t>(channels), bits)),
+      ShortField(258,
+                 std::vector<std::uint16_t>(static_cast<std::size_t>(channels), bits)),
       ShortField(259, {1}),
       ShortField(262, {static_cast<std::uint16_t>(photometric)}),
       ShortField(277, {static_cast<std::uint16_t>(channels)}),
@@ -50,8 +51,8 @@ std::vector<tests::TiffField> PictureFields(int width,
   return fields;
 }
 
-constexpr int kGrey = 1, kRgb = 2, kCmyk = 5;         // PhotometricInterpretation
-constexpr int kAssociated = 1, kUnassociated = 2;     // ExtraSamples
+constexpr int kGrey = 1, kRgb = 2, kCmyk = 5;      // PhotometricInterpretation
+constexpr int kAssociated = 1, kUnassociated = 2;  // ExtraSamples
 
 class ReadPhotoTest : public testing::Test {
  protected:
@@ -63,7 +64,8 @@ class ReadPhotoTest : public testing::Test {
 TEST_F(ReadPhotoTest, SixteenBitsAreTheCurveOfTheirValues) {
   std::string samples;
   for (int i = 0; i < 256; ++i) {
-    for (int c = 0; c < 3; ++c) samples += tests::Bytes(static_cast<std::uint16_t>(256 * i + c));
+    for (int c = 0; c < 3; ++c)
+      samples += tests::Bytes(static_cast<std::uint16_t>(256 * i + c));
   }
   const auto path = folder_ / "ramp.tif";
   WriteTextWhole(path, MakeTiff(PictureFields(16, 16, kRgb, 3, 16), {}, {}, samples));
@@ -73,15 +75,19 @@ TEST_F(ReadPhotoTest, SixteenBitsAreTheCurveOfTheirValues) {
     for (int c = 0; c < 3; ++c) {
       const double d = (256 * i + c) / 65535.0;
       const double linear = d <= 0.04045 ? d / 12.92 : std::pow((d + 0.055) / 1.055, 2.4);
-      EXPECT_NEAR(photo.pixels(i / 16, i % 16)[c], linear, 3e-7 + 1e-6 * linear);  // Floats
+      EXPECT_NEAR(
+          photo.pixels(i / 16, i % 16)[c], linear, 3e-7 + 1e-6 * linear);  // Floats
     }
   }
 }
 
 TEST_F(ReadPhotoTest, GreyBecomesRgbAndKeepsItsAlpha) {
   const auto path = folder_ / "grey.tif";
-  WriteTextWhole(path, MakeTiff(PictureFields(2, 1, kGrey, 2, 8, kUnassociated), {}, {},
-                                std::string("\x80\xFF\x40\x33", 4)));
+  WriteTextWhole(path,
+                 MakeTiff(PictureFields(2, 1, kGrey, 2, 8, kUnassociated),
+                          {},
+                          {},
+                          std::string("\x80\xFF\x40\x33", 4)));
   const Photo photo = ReadPhoto(path);
   const float expected = LinearFromSrgb(128 / 255.f);
   EXPECT_EQ(photo.pixels(0, 0), cv::Vec3f(expected, expected, expected));
@@ -93,8 +99,9 @@ TEST_F(ReadPhotoTest, GreyBecomesRgbAndKeepsItsAlpha) {
 TEST_F(ReadPhotoTest, TiffSaysWhetherItsAlphaIsPremultiplied) {
   const std::string samples("\x40\x20\x10\x80", 4);
   const auto straight = folder_ / "straight.tif", associated = folder_ / "associated.tif";
-  WriteTextWhole(straight,
-                 MakeTiff(PictureFields(1, 1, kRgb, 4, 8, kUnassociated), {}, {}, samples));
+  WriteTextWhole(
+      straight,
+      MakeTiff(PictureFields(1, 1, kRgb, 4, 8, kUnassociated), {}, {}, samples));
   WriteTextWhole(associated,
                  MakeTiff(PictureFields(1, 1, kRgb, 4, 8, kAssociated), {}, {}, samples));
   const float alpha = 128 / 255.f;
@@ -142,10 +149,14 @@ TEST_F(ReadPhotoTest, StandsUprightInAllEightOrientations) {
     std::uint16_t orientation;
     bool bottom, right, turned;
   };
-  for (const Case& c : {Case{1, false, false, false}, Case{2, false, true, false},
-                        Case{3, true, true, false}, Case{4, true, false, false},
-                        Case{5, false, false, true}, Case{6, false, true, true},
-                        Case{7, true, true, true}, Case{8, true, false, true}}) {
+  for (const Case& c : {Case{1, false, false, false},
+                        Case{2, false, true, false},
+                        Case{3, true, true, false},
+                        Case{4, true, false, false},
+                        Case{5, false, false, true},
+                        Case{6, false, true, true},
+                        Case{7, true, true, true},
+                        Case{8, true, false, true}}) {
     const auto path = folder_ / "turned.jpg";
     tests::WriteJpegWithExif(path, photo, MakeTiff({ShortField(274, {c.orientation})}));
     const cv::Mat3f upright = ReadPhoto(path).pixels;
@@ -177,8 +188,10 @@ TEST_F(ReadPhotoTest, SaysWhatIsWrongWithAFile) {
   EXPECT_TRUE(Contains(words(folder_ / "text.jpg"), "not a picture that relight knows"));
   WriteTextWhole(folder_ / "empty.jpg", "");
   EXPECT_TRUE(Contains(words(folder_ / "empty.jpg"), "is empty"));
-  WriteTextWhole(folder_ / "cmyk.tif", MakeTiff(PictureFields(1, 1, kCmyk, 4, 8), {}, {},
-                                                std::string("\x01\x02\x03\x04", 4)));
+  WriteTextWhole(
+      folder_ / "cmyk.tif",
+      MakeTiff(
+          PictureFields(1, 1, kCmyk, 4, 8), {}, {}, std::string("\x01\x02\x03\x04", 4)));
   EXPECT_TRUE(Contains(words(folder_ / "cmyk.tif"), "is CMYK"));
   WriteTextWhole(folder_ / "huge.tif",
                  MakeTiff(PictureFields(70000, 70000, kRgb, 3, 8), {}, {}, "abc"));
@@ -251,7 +264,8 @@ TEST_F(ReadPhotoTest, SurvivesDamage) {
     const std::string bytes = ReadText(path);
     for (int i = 0; i < 40; ++i) {
       std::string damaged = bytes;
-      for (int k = 0; k < 8; ++k) damaged[random() % damaged.size()] = static_cast<char>(random());
+      for (int k = 0; k < 8; ++k)
+        damaged[random() % damaged.size()] = static_cast<char>(random());
       WriteTextWhole(path, damaged);
       try {
         const Photo read = ReadPhoto(path);
@@ -274,11 +288,13 @@ TEST_F(ReadPhotoTest, SpacesOfOurOwnConfigKeepWhiteAndTheirPrimaries) {
   EXPECT_NEAR(green[2], -0.1006, 1e-4);
   WriteLinear(folder_ / "w.exr", {{"", cv::Mat3f(1, 2, cv::Vec3f(1, 1, 1))}});
   for (const std::string& space : ColorSpaceNames()) {
-    const cv::Vec3f white = ReadPhoto(folder_ / "w.exr", {.color_space = space}).pixels(0, 1);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(white[c], 1.f, 2e-6) << space;  // Ten digits, floats
+    const cv::Vec3f white =
+        ReadPhoto(folder_ / "w.exr", {.color_space = space}).pixels(0, 1);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(white[c], 1.f, 2e-6) << space;  // Ten digits, floats
   }
-  const std::string words =
-      WordsOf<OptionError>([&] { ReadPhoto(folder_ / "w.exr", {.color_space = "Kodak"}); });
+  const std::string words = WordsOf<OptionError>(
+      [&] { ReadPhoto(folder_ / "w.exr", {.color_space = "Kodak"}); });
   EXPECT_TRUE(Contains(words, "Kodak") && Contains(words, "ACEScg")) << words;
 }
 
@@ -297,16 +313,19 @@ std::string ConfigText(bool interchange) {
          "colorspaces:\n"
          "  - !<ColorSpace>\n    name: Half\n    isdata: false\n"
          "  - !<ColorSpace>\n    name: Film\n    isdata: false\n"
-         "    to_scene_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, "
+         "    to_scene_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, "
+         "0, 0, "
          "0, 0.5, 0, 0, 0, 0, 1]}\n"
          "  - !<ColorSpace>\n    name: AP0\n    isdata: false\n"
-         "    to_scene_reference: !<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, "
+         "    to_scene_reference: !<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 2, 0, 0, "
+         "0, 0, 2, "
          "0, 0, 0, 0, 1]}\n";
 }
 
 TEST_F(ReadPhotoTest, FollowsTheConfigThatOcioNames) {
   const auto photo = folder_ / "photo.tif";
-  WriteTextWhole(photo, MakeTiff(PictureFields(1, 1, kRgb, 3, 8), {}, {}, "\xFF\xFF\xFF"));
+  WriteTextWhole(photo,
+                 MakeTiff(PictureFields(1, 1, kRgb, 3, 8), {}, {}, "\xFF\xFF\xFF"));
   const auto config = folder_ / "config.ocio";
 
   // Without interchange: Film is half of Half, and Half is taken as it is
@@ -337,12 +356,13 @@ TEST_F(ReadPhotoTest, NamesABrokenConfigAndTheRemedy) {
     const auto config = folder_ / name;
     const WithEnvironment ocio("OCIO", config.string());
     const std::string words = WordsOf<InputError>([&] { ReadPhoto(photo); });
-    EXPECT_TRUE(Contains(words, config.string()) && Contains(words, "unset OCIO")) << words;
+    EXPECT_TRUE(Contains(words, config.string()) && Contains(words, "unset OCIO"))
+        << words;
   }
 }
 
-// A camera's RAW: a mosaic of R, G, B cells behind a grey card, with the white balance that
-// makes it grey again.
+// A camera's RAW: a mosaic of R, G, B cells behind a grey card, with the white balance
+// that makes it grey again.
 std::string GreyCardDng(std::uint16_t orientation) {
   constexpr int kWidth = 64, kHeight = 48;
   constexpr std::uint16_t kRed = 8192, kGreen = 16384, kBlue = 4096;  // Of 65535
@@ -361,11 +381,11 @@ std::string GreyCardDng(std::uint16_t orientation) {
   fields.push_back(tests::TextField(271, "relight"));
   fields.push_back(tests::TextField(272, "Grey Card"));
   fields.push_back(ShortField(274, {orientation}));
-  fields.push_back(ShortField(33421, {2, 2}));                       // CFARepeatPatternDim
-  fields.push_back(tests::ByteField(33422, {0, 1, 1, 2}));           // CFAPattern
-  fields.push_back(tests::ByteField(50706, {1, 4, 0, 0}));           // DNGVersion
-  fields.push_back(tests::TextField(50708, "relight Grey Card"));    // UniqueCameraModel
-  fields.push_back(ShortField(50717, {65535}));                      // WhiteLevel
+  fields.push_back(ShortField(33421, {2, 2}));                     // CFARepeatPatternDim
+  fields.push_back(tests::ByteField(33422, {0, 1, 1, 2}));         // CFAPattern
+  fields.push_back(tests::ByteField(50706, {1, 4, 0, 0}));         // DNGVersion
+  fields.push_back(tests::TextField(50708, "relight Grey Card"));  // UniqueCameraModel
+  fields.push_back(ShortField(50717, {65535}));                    // WhiteLevel
   // ColorMatrix1: XYZ to camera, here that of linear Rec.709
   std::vector<tests::Fraction> matrix;
   for (const int v : {32405, -15371, -4985, -9693, 18760, 416, 556, -2040, 10572}) {
@@ -373,7 +393,8 @@ std::string GreyCardDng(std::uint16_t orientation) {
   }
   fields.push_back(tests::RationalField(50721, matrix, 10));
   fields.push_back(ShortField(50778, {21}));  // CalibrationIlluminant1: D65
-  fields.push_back(tests::RationalField(50728, {{1, 2}, {1, 1}, {1, 4}}));  // AsShotNeutral
+  fields.push_back(
+      tests::RationalField(50728, {{1, 2}, {1, 1}, {1, 4}}));  // AsShotNeutral
   return MakeTiff(fields, {}, {}, cells);
 }
 
@@ -412,11 +433,14 @@ TEST_F(ReadPhotoTest, IsTheSameForAnyNumberOfThreads) {
 
 TEST_F(ReadPhotoTest, TheMaplesJpegIsItsLinearPhotoTimesItsGain) {
   RELIGHT_SKIP_WITHOUT_SHARED("data/maple/photos/view_00.jpg");
-  const cv::Mat3f jpeg = ReadPhoto(tests::SharedPath("data/maple/photos/view_00.jpg")).pixels;
-  const cv::Mat3f linear = ReadPhoto(tests::SharedPath("data/maple/linear/view_00.exr")).pixels;
+  const cv::Mat3f jpeg =
+      ReadPhoto(tests::SharedPath("data/maple/photos/view_00.jpg")).pixels;
+  const cv::Mat3f linear =
+      ReadPhoto(tests::SharedPath("data/maple/linear/view_00.exr")).pixels;
   constexpr double kJpegGain = 1.7300950369588175;  // capture_truth.json
   const cv::Scalar a = cv::mean(jpeg), b = cv::mean(linear * kJpegGain);
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c] / b[c], 1.0, 0.02) << c;  // JPEG, clipped lights
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(a[c] / b[c], 1.0, 0.02) << c;  // JPEG, clipped lights
 }
 
 // 24 megapixels, to be turned: the peak of the memory held while reading.
