@@ -84,9 +84,9 @@ struct WrittenTime {
 };
 
 std::optional<WrittenTime> ReadWritten(const std::string& text) {
-  static const std::regex kForm(
-      R"((?:(\d{4})[-:](\d{2})[-:](\d{2})[Tt ])?(\d{1,2}):(\d{2})(?::(\d{2})(?:[.,](\d{1,9}))?)?)"
-      R"( ?([Zz]|[+-]\d{2}(?::?\d{2})?)?)");
+  static const std::regex kForm(R"((?:(\d{4})[-:](\d{2})[-:](\d{2})[Tt ])?)"
+                                R"((\d{1,2}):(\d{2})(?::(\d{2})(?:[.,](\d{1,9}))?)?)"
+                                R"( ?([Zz]|[+-]\d{2}(?::?\d{2})?)?)");
   std::smatch part;
   if (!std::regex_match(text, part, kForm)) return std::nullopt;
   WrittenTime written;

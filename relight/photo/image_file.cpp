@@ -155,7 +155,9 @@ LinearFile ReadLinearFile(const fs::path& path) {
 
   LinearFile read;
   for (const auto& [name, channels] : indices) {
-    const auto has = [&](const char* channel) { return channels.count(channel) > 0; };
+    const auto has = [&channels = channels](const char* channel) {
+      return channels.count(channel) > 0;
+    };
     if (has("R") && has("G") && has("B")) {
       cv::Mat3f rgb;
       cv::merge(std::vector<cv::Mat>{Channel(samples, channels.at("R")),
