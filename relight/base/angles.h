@@ -5,6 +5,7 @@
 // from true north, elevation from the horizon, world ENU.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

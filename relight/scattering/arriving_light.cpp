@@ -16,12 +16,13 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
   Require(!sky_transmittance.coefficients.empty() &&
               sky_transmittance.coefficients.front().size() == voxels,
           "the sky's transmittance belongs to this volume");
-  ArrivingLight light{std::vector<Eigen::Array3f>(voxels, Eigen::Array3f::Zero()),
-                      std::vector<Eigen::Array3f>(voxels, Eigen::Array3f::Zero())};
+  const std::vector<Eigen::Array3f> dark(voxels, Eigen::Array3f::Zero());
+  ArrivingLight light{dark, dark, dark};
 
   // The sun, attenuated on its way in
   if ((daylight.sun_irradiance > 0).any()) {
-    const std::vector<float> tau = TransmittanceAlong(grid, occupied, daylight.sun_direction);
+    const std::vector<float> tau =
+        TransmittanceAlong(grid, occupied, daylight.sun_direction);
     const Eigen::Array3f sun = daylight.sun_irradiance.cast<float>();
     for (std::size_t v = 0; v < voxels; ++v) light.sun[v] = sun * tau[v];
   }
@@ -30,13 +31,16 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
   const ShCoefficients sky = SkyCoefficients(daylight, sky_transmittance.bands);
   ParallelRanges(static_cast<int>(voxels), 4096, [&](int begin, int end) {
     for (Eigen::Index i = 0; i < sky.rows(); ++i) {
-      const std::vector<float>& c = sky_transmittance.coefficients[static_cast<std::size_t>(i)];
+      const std::vector<float>& c =
+          sky_transmittance.coefficients[static_cast<std::size_t>(i)];
       const Eigen::Array3f radiance = sky.row(i).transpose().array().cast<float>();
-      for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+      for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end);
+           ++v) {
         light.sky[v] += radiance * c[v];
       }
     }
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end);
+         ++v) {
       light.sky[v] = light.sky[v].max(0.0f);
     }
   });

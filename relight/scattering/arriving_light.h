@@ -26,6 +26,7 @@ namespace relight {
 struct ArrivingLight {
   std::vector<Eigen::Array3f> sun;
   std::vector<Eigen::Array3f> sky;
+  std::vector<Eigen::Array3f> indirect;  // From the ground (ground_bounce.h); else 0.
 };
 
 // The sky's light is floored at 0: a few bands may overshoot in the darkest voxels.

@@ -29,7 +29,8 @@ ScatteringImages SingleScattering(const ExtinctionGrid& grid,
   ScatteringImages images;
   images.weight = cv::Mat1f::zeros(size);
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    images.lights.push_back({cv::Mat3f::zeros(size), cv::Mat3f::zeros(size)});
+    images.lights.push_back(
+        {cv::Mat3f::zeros(size), cv::Mat3f::zeros(size), cv::Mat3f::zeros(size)});
   }
   const Eigen::Vector3d origin = camera.PositionInWorld();
   constexpr double kOpaque = 1e-5;  // What is behind adds less than half-float precision
@@ -37,12 +38,14 @@ ScatteringImages SingleScattering(const ExtinctionGrid& grid,
       size.height,
       4,
       [&](int row_begin, int row_end) {
-        std::vector<Eigen::Array3d> sun(lights.size()), sky(lights.size());
+        std::vector<Eigen::Array3d> sun(lights.size()), sky(lights.size()),
+            indirect(lights.size());
         for (int row = row_begin; row < row_end; ++row) {
           for (int column = 0; column < size.width; ++column) {
             if (!mask.empty() && mask(row, column) == 0) continue;
             std::fill(sun.begin(), sun.end(), Eigen::Array3d::Zero());
             std::fill(sky.begin(), sky.end(), Eigen::Array3d::Zero());
+            std::fill(indirect.begin(), indirect.end(), Eigen::Array3d::Zero());
             double tau = 1.0;
 
             // Front to back; tau (1 - exp(-d)) is the share of each voxel
@@ -55,6 +58,7 @@ ScatteringImages SingleScattering(const ExtinctionGrid& grid,
               for (std::size_t i = 0; i < lights.size(); ++i) {
                 sun[i] += share * lights[i].sun[voxel].cast<double>();
                 sky[i] += share * lights[i].sky[voxel].cast<double>();
+                indirect[i] += share * lights[i].indirect[voxel].cast<double>();
               }
               tau -= share;
               return tau > kOpaque;
@@ -63,6 +67,7 @@ ScatteringImages SingleScattering(const ExtinctionGrid& grid,
             for (std::size_t i = 0; i < lights.size(); ++i) {
               images.lights[i].sun(row, column) = Pixel(sun[i]);
               images.lights[i].sky(row, column) = Pixel(sky[i]);
+              images.lights[i].indirect(row, column) = Pixel(indirect[i]);
             }
           }
         }

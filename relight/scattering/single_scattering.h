@@ -23,8 +23,8 @@ namespace relight {
 
 // All height x width of the camera; in the Daylight's unit, not divided by `weight`.
 struct IrradianceImage {
-  cv::Mat3f sun, sky;
-  cv::Mat3f Total() const { return sun + sky; }
+  cv::Mat3f sun, sky, indirect;
+  cv::Mat3f Total() const { return sun + sky + indirect; }
 };
 
 struct ScatteringImages {

@@ -23,7 +23,7 @@ inline std::filesystem::path SharedPath(const std::filesystem::path& below) {
 }  // namespace relight::tests
 
 // First line of a test that needs shared files.
-#define RELIGHT_SKIP_WITHOUT_SHARED(below)                                             \
-  if (!std::filesystem::exists(relight::tests::SharedPath(below)))                     \
-  GTEST_SKIP() << relight::tests::SharedPath(below)                                    \
+#define RELIGHT_SKIP_WITHOUT_SHARED(below)                         \
+  if (!std::filesystem::exists(relight::tests::SharedPath(below))) \
+  GTEST_SKIP() << relight::tests::SharedPath(below)                \
                << " is not there; set RELIGHT_SHARED to the folder that holds it"

@@ -53,7 +53,8 @@ TEST_F(WriteFile, MissingFolderIsNamedWithTheRemedy) {
     WriteTextWhole(folder_ / "none" / "a.txt", "x");
     FAIL() << "wrote into a folder that does not exist";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("does not exist; make it"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("does not exist; make it"),
+              std::string::npos)
         << error.what();
   }
 }
@@ -95,7 +96,8 @@ TEST(ParallelRanges, CoversEachIndexOnceWhateverTheThreads) {
     std::vector<std::atomic<int>> seen(1000);
     double last = 0;
     ParallelRanges(
-        1000, 7,
+        1000,
+        7,
         [&](int begin, int end) {
           for (int i = begin; i < end; ++i) ++seen[static_cast<std::size_t>(i)];
         },

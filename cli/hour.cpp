@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/flags.h"
+#include "cli/verbs.h"
+#include "relight/base/angles.h"
+#include "relight/base/error.h"
+#include "relight/capture/relit_hour.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <memory>
+
+namespace relight::cli {
+namespace {
+
+nlohmann::json LightJson(const HourLight& light) {
+  nlohmann::json json = {{"azimuth_deg", DegFromRad(light.sun.azimuth_rad)},
+                         {"elevation_deg", DegFromRad(light.sun.elevation_rad)},
+                         {"words", light.words}};
+  if (light.time) json["time"] = FormatLocal(*light.time);
+  return json;
+}
+
+int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console) {
+  if (!request.to && !request.to_light && !request.like) {
+    throw OptionError(
+        "give the hour that is wanted: --to 17:00, --to-light AZ,EL or --like PHOTO; see "
+        "relight "
+        "hour --help");
+  }
+  const HourPlan plan = PlanHour(request);
+  SayAll(console, plan.notes);
+  const HourResult result = RunHour(plan, ShowStages(console, plan.stages));
+  Say(console, "photo: " + plan.input.words + ". Wanted: " + plan.target.words + ".");
+  SayAll(console, result.notes);
+  Say(console,
+      fmt::format("the tree is {:.2f} times as bright as in the photo{}",
+                  result.mean_ratio,
+                  result.exposure_ev == 0
+                      ? std::string()
+                      : fmt::format(", exposed by {:+.2f} EV", result.exposure_ev)));
+  if (!json) {
+    for (const auto& file : result.files) fmt::print("{}\n", file.string());
+    return 0;
+  }
+  nlohmann::json files = nlohmann::json::array();
+  for (const auto& file : result.files) files.push_back(file.string());
+  std::vector<std::string> notes = plan.notes;
+  notes.insert(notes.end(), result.notes.begin(), result.notes.end());
+  nlohmann::json stages = nlohmann::json::array();
+  for (const PlannedStage& stage : plan.stages) stages.push_back(stage.name);
+  fmt::print("{}\n",
+             nlohmann::json({{"files", files},
+                             {"view", plan.view},
+                             {"heading_deg", plan.heading_deg},
+                             {"input", LightJson(plan.input)},
+                             {"target", LightJson(plan.target)},
+                             {"stages", stages},
+                             {"mean_ratio", result.mean_ratio},
+                             {"weak_share", result.weak_share},
+                             {"exposure_ev", result.exposure_ev},
+                             {"clipped_in", result.clipped_in},
+                             {"clipped_out", result.clipped_out},
+                             {"notes", notes}})
+                 .dump(1));
+  return 0;
+}
+
+}  // namespace
+
+Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
+  CLI::App* app =
+      program.add_subcommand("hour", "Relight a photo to another hour (the main job)");
+  auto request = std::make_shared<HourRequest>();
+  auto json = std::make_shared<bool>(false);
+  HourRequest& r = *request;
+  app->add_option("source", r.source, "capture folder, or one photo")
+      ->required()
+      ->type_name("DIR|PHOTO");
+
+  const char* wanted = "Wanted light";
+  app->add_option(
+         "--to",
+         r.to,
+         "the hour: 17:00, 2011-09-23T17:00, with an offset (…+02:00), +3h, same")
+      ->type_name("WHEN")
+      ->group(wanted);
+  app->add_option(
+         "--to-light",
+         r.to_light,
+         "the sun as the camera sees it: 0 straight ahead, 90 from the right, 180 behind")
+      ->type_name("AZ,EL")
+      ->group(wanted);
+  app->add_option(
+         "--like", r.like, "hour and place of this photo, light as its camera sees it")
+      ->type_name("PHOTO")
+      ->group(wanted);
+  app->add_option(
+         "--exposure", r.exposure, "same (evening is dark), auto, or stops [same]")
+      ->type_name("same|auto|EV")
+      ->group(wanted);
+
+  const char* facts = "What the photo does not say itself";
+  app->add_option(
+         "--place", r.place, "where: latitude and longitude, north and east positive")
+      ->type_name("LAT,LON")
+      ->group(facts);
+  app->add_option("--zone", r.zone, "time zone: Europe/Paris or +02:00")
+      ->type_name("NAME")
+      ->group(facts);
+  app->add_option("--taken", r.taken, "when the photo was taken")
+      ->type_name("WHEN")
+      ->group(facts);
+  app->add_option("--heading", r.heading, "where the camera looked, from true north")
+      ->type_name("DEG|SW")
+      ->group(facts);
+  app->add_option(
+         "--lit-from", r.lit_from, "in place of all these: the sun as the camera saw it")
+      ->type_name("AZ,EL")
+      ->group(facts);
+  app->add_option(
+         "--matte", r.matte, "which pixels are tree: a grey picture, or one with alpha")
+      ->type_name("FILE")
+      ->group(facts);
+  app->add_option("--distance",
+                  r.distance_m,
+                  "one photo alone: camera to tree; left out, the tree is 8 m high")
+      ->type_name("M")
+      ->check(CLI::PositiveNumber)
+      ->group(facts);
+
+  const char* output = "Output";
+  app->add_option("--view", r.view, "which photo of the capture [the first]")
+      ->type_name("NAME");
+  app->add_option(
+         "--photo", r.photo, "a retouched or rendered picture in place of the view's own")
+      ->type_name("FILE");
+  app->add_option("-o,--output",
+                  r.output,
+                  ".exr .png .tif .jpg; left out: PHOTO_1700.png beside the photo")
+      ->type_name("FILE")
+      ->group(output);
+  app->add_flag(
+         "--whole", r.whole, "the whole photo with the tree relit (always for .jpg)")
+      ->group(output);
+  app->add_option("--quality", r.quality, "of a .jpg, 1 to 100 [95]")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100))
+      ->group(output);
+  app->add_option(
+         "--irradiance", r.irradiance, "write the light of both hours, 32-bit .exr [lx]")
+      ->type_name("FILE")
+      ->group(output);
+  app->add_option("--ratio", r.ratio, "write the ratio of the two, 32-bit .exr")
+      ->type_name("FILE")
+      ->group(output);
+  app->add_flag("--components",
+                r.components,
+                "with --irradiance: sun, sky and indirect light too")
+      ->group(output);
+  app->add_flag("--force", r.force, "make every stage again")->group(output);
+  app->add_flag("--json", *json, "print the result as JSON")->group(output);
+
+  AddFlags(*app, LightOptions(), "Light", r.options);
+  AddFlags(*app, ReadPhotoOptions(), "Photo", r.options);
+  AddFlags(*app, OpacityOptions(), "Volume", r.options);
+  AddFlags(*app, SkyTransmittanceOptions(), "Volume", r.options);
+  return {app, [request, json, &console] { return RunVerb(*request, *json, console); }};
+}
+
+}  // namespace relight::cli

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// relight: verbs, exit codes, one catch. 0 done, 1 input cannot be used, 2 wrong usage,
+// 130 stopped.
+
+#include "cli/verbs.h"
+#include "relight/base/error.h"
+#include "relight/base/parallel.h"
+#include "relight/base/version.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr int kBadInput = 1, kBadUsage = 2, kStopped = 130;
+
+int Main(std::vector<std::string> words) {
+  using namespace relight::cli;
+  CLI::App program("Relights photographs of trees to another hour of the day", "relight");
+  program.set_version_flag("--version", std::string("relight ") + relight::Version());
+  program.require_subcommand(1);
+  program.fallthrough();
+  program.get_formatter()->column_width(34);
+  program.footer(
+      "relight DIR|PHOTO --to WHEN is short for relight hour. \"relight VERB --help\" "
+      "tells "
+      "more.\nExit codes: 0 done, 1 input cannot be used, 2 wrong usage, 130 stopped.");
+  ConsoleOptions console;
+  program.add_flag("-q,--quiet", console.quiet, "say nothing but errors");
+  program.add_option("--threads", console.threads, "threads to use; 0: one a core [0]")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+
+  const std::vector<Verb> verbs = {AddHour(program, console),
+                                   AddInit(program, console),
+                                   AddCameras(program, console),
+                                   AddMatte(program, console),
+                                   AddVolume(program, console),
+                                   AddSky(program, console),
+                                   AddInfo(program, console),
+                                   AddEvaluate(program, console),
+                                   AddMan(program),
+                                   AddCompletion(program)};
+
+  // A first word that is no verb is what `hour` works on
+  const bool has_verb = words.empty() || words[0].starts_with("-") ||
+                        std::any_of(verbs.begin(), verbs.end(), [&](const Verb& verb) {
+                          return verb.app->get_name() == words[0];
+                        });
+  if (!has_verb) words.insert(words.begin(), "hour");
+  std::reverse(words.begin(), words.end());  // As CLI11 takes them
+  try {
+    program.parse(words);
+  } catch (const CLI::Success& wanted) {
+    return program.exit(wanted);  // Help, version
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr,
+               "relight: {}; see relight{} --help\n",
+               error.what(),
+               program.get_subcommands().empty()
+                   ? ""
+                   : " " + program.get_subcommands().front()->get_name());
+    return kBadUsage;
+  }
+  relight::SetThreadCount(console.threads);
+  for (const Verb& verb : verbs) {
+    if (verb.app->parsed()) return verb.run();
+  }
+  return kBadUsage;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  relight::cli::ListenForStop();
+  try {
+    return Main(std::vector<std::string>(argv + 1, argv + argc));
+  } catch (const relight::Cancelled&) {
+    fmt::print(stderr, "relight: stopped; nothing half-written is left\n");
+    return kStopped;
+  } catch (const relight::OptionError& error) {
+    fmt::print(stderr, "relight: {}\n", error.what());
+    return kBadUsage;
+  } catch (const relight::Error& error) {
+    fmt::print(stderr, "relight: {}\n", error.what());
+    return kBadInput;
+  } catch (const std::bad_alloc&) {
+    fmt::print(
+        stderr,
+        "relight: not enough memory for pictures of this size; close other programs or "
+        "make the photo smaller\n");
+    return kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr,
+               "relight: {} (this is an error of relight; please report it)\n",
+               error.what());
+    return kBadInput;
+  }
+}

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/flags.h"
+#include "cli/verbs.h"
+#include "relight/base/angles.h"
+#include "relight/base/error.h"
+#include "relight/capture/light_options.h"
+#include "relight/photo/capture_time.h"
+#include "relight/photo/image_file.h"
+#include "relight/sh/sky_coefficients.h"
+#include "relight/sky/daylight.h"
+#include "relight/sky/solar_position.h"
+#include "relight/sky/sun_times.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+namespace relight::cli {
+namespace {
+
+struct SkyRequest {
+  std::string place, taken;
+  std::optional<std::string> zone;
+  std::optional<std::filesystem::path> panorama;
+  bool json = false;
+  std::map<std::string, std::string> options;
+};
+
+LocalTime MomentOf(const SkyRequest& request) {
+  PhotoFacts nothing_known;
+  nothing_known.file = "--taken";
+  return ResolveCaptureTime(nothing_known, request.zone, request.taken).time;
+}
+
+// Lat-long, north in the middle, east on its right, zenith on top [cd/m2]; the sun's disc
+// is not in it.
+cv::Mat3f Panorama(const Daylight& daylight) {
+  constexpr int kHeight = 512;
+  cv::Mat3f image(kHeight, 2 * kHeight);
+  for (int row = 0; row < image.rows; ++row) {
+    for (int column = 0; column < image.cols; ++column) {
+      const double azimuth_rad =
+          (column + 0.5) / kHeight * std::numbers::pi - std::numbers::pi;
+      const double elevation_rad = (0.5 - (row + 0.5) / kHeight) * std::numbers::pi;
+      const Eigen::Array3d radiance =
+          daylight.SkyRadiance(DirectionFromAzimuthElevation(azimuth_rad, elevation_rad));
+      for (int c = 0; c < 3; ++c) image(row, column)[c] = static_cast<float>(radiance[c]);
+    }
+  }
+  return image;
+}
+
+std::vector<double> Values(const Eigen::Array3d& color) {
+  return {color[0], color[1], color[2]};
+}
+
+int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
+  const Place place = ParsePlace(request.place);
+  const LocalTime time = MomentOf(request);
+  if (!time.note.empty()) Say(console, time.note);
+  LightOptions light;
+  for (const auto& [name, text] : request.options) SetField(light, name, text);
+  const SolarPosition sun = SolarPositionAt(time.utc, place);
+  const auto day = std::chrono::floor<std::chrono::days>(WallClockOf(time));
+  const SunTimes times = SunTimesOf(
+      std::chrono::year_month_day(std::chrono::sys_days(day.time_since_epoch())), place);
+  const auto clock = [&](const std::optional<Instant>& at) {
+    return at ? FormatLocal({*at, time.offset, {}}).substr(11, 5) : std::string("none");
+  };
+  const bool up = sun.elevation_rad > 0;
+  nlohmann::json json = {
+      {"time", FormatLocal(time)},
+      {"place", {place.latitude_deg, place.longitude_deg, place.altitude_m}},
+      {"sun_azimuth_deg", DegFromRad(sun.azimuth_rad)},
+      {"sun_elevation_deg", DegFromRad(sun.elevation_rad)},
+      {"sunrise", clock(times.sunrise)},
+      {"noon", clock(times.noon)},
+      {"sunset", clock(times.sunset)}};
+  if (up) {
+    const Daylight daylight = MakeDaylight(sun, DaylightOf(light));
+    json["method"] = FieldText(light.method);
+    json["sun_normal_lx_rgb"] = Values(daylight.sun_irradiance);
+    json["sun_horizontal_lx_rgb"] =
+        Values(daylight.sun_irradiance * std::sin(sun.elevation_rad));
+    json["sky_horizontal_lx_rgb"] = Values(HorizontalSkyIrradiance(daylight));
+    if (request.panorama) {
+      WriteLinear(
+          *request.panorama, {{"", Panorama(daylight)}}, {{"relight:unit", "cd/m2"}});
+      Say(console, request.panorama->string() + ": lat-long, north in the middle, cd/m2");
+    }
+  } else if (request.panorama) {
+    throw InputError("the sun is below the horizon at " + FormatLocal(time) +
+                     ", where the sky model ends; it is up from " + clock(times.sunrise) +
+                     " to " + clock(times.sunset));
+  }
+  if (request.json) {
+    fmt::print("{}\n", json.dump(1));
+    return 0;
+  }
+  fmt::print("time          {}\n", FormatLocal(time));
+  fmt::print(
+      "sun           azimuth {:.3f} deg, elevation {:.3f} deg (true, no refraction)\n",
+      DegFromRad(sun.azimuth_rad),
+      DegFromRad(sun.elevation_rad));
+  fmt::print(
+      "day           sunrise {}, noon {}, sunset {} (centre of the sun, no refraction)\n",
+      clock(times.sunrise),
+      clock(times.noon),
+      clock(times.sunset));
+  if (!up) {
+    fmt::print(
+        "light         none: the sun is below the horizon, where the sky model ends\n");
+    return 0;
+  }
+  const auto row = [&](const char* what, const char* key) {
+    const auto values = json[key].get<std::vector<double>>();
+    fmt::print("{:13} {:8.0f} {:8.0f} {:8.0f} lx (linear R G B)\n",
+               what,
+               values[0],
+               values[1],
+               values[2]);
+  };
+  row("sun, facing", "sun_normal_lx_rgb");
+  row("sun, ground", "sun_horizontal_lx_rgb");
+  row("sky, ground", "sky_horizontal_lx_rgb");
+  return 0;
+}
+
+}  // namespace
+
+Verb AddSky(CLI::App& program, const ConsoleOptions& console) {
+  CLI::App* app = program.add_subcommand("sky", "Sun and sky of a place and time");
+  auto request = std::make_shared<SkyRequest>();
+  app->add_option(
+         "--place", request->place, "latitude and longitude, north and east positive")
+      ->required()
+      ->type_name("LAT,LON");
+  app->add_option(
+         "--taken", request->taken, "the moment: 2011-07-22T13:00, with offset or --zone")
+      ->required()
+      ->type_name("WHEN");
+  app->add_option("--zone", request->zone, "time zone: Europe/Paris or +02:00")
+      ->type_name("NAME");
+  app->add_option(
+         "-o,--output", request->panorama, "write the sky as a lat-long .exr [cd/m2]")
+      ->type_name("FILE.exr");
+  app->add_flag("--json", request->json, "print as JSON");
+  AddFlags(*app, LightOptions(), "Light", request->options);
+  return {app, [request, &console] { return RunVerb(*request, console); }};
+}
+
+}  // namespace relight::cli

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/capture.h"
+
+#include "relight/base/angles.h"
+#include "relight/base/error.h"
+#include "relight/base/write_file.h"
+#include "relight/cameras/colmap_text.h"
+#include "relight/cameras/view_name.h"
+#include "relight/photo/photo_facts.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+namespace relight {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::array kImageExtensions = {".jpg",
+                                         ".jpeg",
+                                         ".png",
+                                         ".tif",
+                                         ".tiff",
+                                         ".exr",
+                                         ".heic",
+                                         ".heif",
+                                         ".dng",
+                                         ".cr2",
+                                         ".cr3",
+                                         ".nef",
+                                         ".arw",
+                                         ".orf",
+                                         ".raf",
+                                         ".rw2"};
+
+bool IsImage(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(
+      extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+        return static_cast<char>(std::tolower(c));
+      });
+  return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) !=
+         kImageExtensions.end();
+}
+
+std::vector<fs::path> ImagesIn(const fs::path& folder) {
+  std::vector<fs::path> images;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && IsImage(entry.path()) && name[0] != '.') {
+      images.push_back(entry.path());
+    }
+  }
+  std::sort(images.begin(), images.end());
+  return images;
+}
+
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 12;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+    list += (i > 0 ? ", " : "") + names[i];
+  }
+  if (names.size() > kMost)
+    list += " and " + std::to_string(names.size() - kMost) + " more";
+  return list;
+}
+
+void CopyPhoto(const fs::path& from, const fs::path& to) {
+  WriteFileWhole(to, [&](const fs::path& temporary) {
+    std::error_code error;
+    fs::copy_file(from, temporary, fs::copy_options::overwrite_existing, error);
+    if (error) {
+      throw InputError(to.string() + ": cannot be written: " + error.message() +
+                       "; free some space or make the capture on another disk");
+    }
+  });
+}
+
+}  // namespace
+
+CaptureOptions OptionsFrom(const std::map<std::string, std::string>& from_file,
+                           const std::map<std::string, std::string>& from_user,
+                           const std::string& source) {
+  CaptureOptions options;
+  const auto apply = [&](const std::map<std::string, std::string>& texts,
+                         const std::string& where) {
+    for (const auto& [name, text] : texts) {
+      bool known = false;
+      try {
+        known = SetField(options, name, text);
+      } catch (const OptionError& error) {
+        throw OptionError(where + error.what());
+      }
+      if (known) continue;
+      std::string list;
+      Describe(options, [&](auto&, const FieldInfo& info) {
+        list += (list.empty() ? "" : ", ") + std::string(info.name);
+      });
+      throw OptionError(where + "unknown option \"" + name + "\"; known are " + list);
+    }
+  };
+  apply(from_file, source + ": ");
+  apply(from_user, "");
+  CheckFields(options);
+  return options;
+}
+
+Capture OpenCapture(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    throw InputError(folder.string() +
+                     ": no such folder; give a capture folder or a photo");
+  }
+  if (!fs::exists(folder / "capture.toml")) {
+    throw InputError(
+        folder.string() +
+        ": not a capture folder (no capture.toml in it); make it one with: relight "
+        "init " +
+        folder.string() + " PHOTO…");
+  }
+  return {folder, ReadCaptureFile(folder / "capture.toml")};
+}
+
+const ViewEntry& FindView(const Capture& capture, const std::string& name) {
+  std::vector<std::string> names;
+  for (const ViewEntry& view : capture.file.views) {
+    if (view.name == name) return view;
+    names.push_back(view.name);
+  }
+  throw InputError(capture.folder.string() + ": no view \"" + name +
+                   "\"; its views are " + Listed(names));
+}
+
+std::optional<fs::path> FileOfView(const Capture& capture,
+                                   const std::string& subfolder,
+                                   const std::string& view) {
+  for (const char* extension : kImageExtensions) {
+    const fs::path file = capture.folder / subfolder / (view + extension);
+    if (fs::is_regular_file(file)) return file;
+  }
+  return std::nullopt;
+}
+
+std::map<std::string, Camera> CamerasOf(const Capture& capture) {
+  const std::string command = "relight cameras " + capture.folder.string() +
+                              " --import colmap FOLDER_OF_THE_MODEL";
+  if (!fs::exists(capture.folder / "cameras" / "images.txt")) {
+    throw InputError(capture.folder.string() +
+                     ": no cameras yet; import them with: " + command);
+  }
+  std::map<std::string, Camera> cameras;
+  for (const NamedCamera& named : ReadColmapText(capture.folder / "cameras")) {
+    const bool has_photo = std::any_of(
+        capture.file.views.begin(), capture.file.views.end(), [&](const ViewEntry& view) {
+          return view.name == named.view;
+        });
+    if (!has_photo) {
+      throw InputError(
+          (capture.folder / "cameras" / "images.txt").string() + ": camera \"" +
+          named.view +
+          "\" has no photo in capture.toml; add the photo with \"relight init\", or "
+          "import again with --matching-only");
+    }
+    cameras[named.view] = named.camera;
+  }
+  return cameras;
+}
+
+Capture InitCapture(const fs::path& folder, std::span<const fs::path> photos) {
+  // What there is, and what is given
+  Capture capture{folder, {}};
+  if (fs::exists(folder / "capture.toml"))
+    capture.file = ReadCaptureFile(folder / "capture.toml");
+  std::vector<fs::path> found;
+  for (const fs::path& given : photos) {
+    if (fs::is_directory(given)) {
+      const std::vector<fs::path> images = ImagesIn(given);
+      if (images.empty()) throw InputError(given.string() + ": no photo in this folder");
+      found.insert(found.end(), images.begin(), images.end());
+    } else {
+      found.push_back(given);
+    }
+  }
+  if (photos.empty() && fs::is_directory(folder / "photos"))
+    found = ImagesIn(folder / "photos");
+  if (found.empty()) {
+    throw InputError(folder.string() + ": no photos given and none in " +
+                     (folder / "photos").string() + "; name them: relight init " +
+                     folder.string() + " PHOTO…");
+  }
+
+  // Everything is looked at before anything is written
+  std::map<std::string, fs::path> photo_of_name;
+  for (const fs::path& photo : found) {
+    const PhotoFacts facts = ReadPhotoFacts(photo);
+    if (facts.made_by_relight) {
+      throw InputError(photo.string() +
+                       ": is a result of relight; give the photo it was made from");
+    }
+    const std::string name = ViewNameOf(photo);
+    const auto [same, added] = photo_of_name.emplace(name, photo);
+    if (!added) {
+      throw InputError(photo.string() + " and " + same->second.string() +
+                       " would both be the view \"" + name + "\"; rename one");
+    }
+  }
+
+  fs::create_directories(folder / "photos");
+  for (const auto& [name, photo] : photo_of_name) {
+    const fs::path kept = fs::path("photos") / photo.filename();
+    std::error_code ignored;
+    if (!fs::equivalent(photo, folder / kept, ignored)) CopyPhoto(photo, folder / kept);
+    const auto same = std::find_if(
+        capture.file.views.begin(), capture.file.views.end(), [&](const ViewEntry& view) {
+          return view.name == name;
+        });
+    if (same == capture.file.views.end()) {
+      capture.file.views.push_back({name, kept, std::nullopt});
+    } else {
+      same->photo = kept;
+    }
+  }
+  std::sort(capture.file.views.begin(),
+            capture.file.views.end(),
+            [](const ViewEntry& a, const ViewEntry& b) { return a.name < b.name; });
+  WriteTextWhole(folder / "capture.toml", CaptureFileText(capture.file));
+  return capture;
+}
+
+ImportSummary ImportColmap(const Capture& capture,
+                           const fs::path& model,
+                           bool matching_only) {
+  const std::vector<NamedCamera> all = ReadColmapText(model);
+  std::set<std::string> in_capture, in_model;
+  for (const ViewEntry& view : capture.file.views) in_capture.insert(view.name);
+  std::vector<std::string> without_photo, without_camera;
+  std::vector<NamedCamera> kept;
+  for (const NamedCamera& named : all) {
+    in_model.insert(named.view);
+    if (in_capture.contains(named.view)) {
+      kept.push_back(named);
+    } else {
+      without_photo.push_back(named.view);
+    }
+  }
+  for (const std::string& view : in_capture) {
+    if (!in_model.contains(view)) without_camera.push_back(view);
+  }
+  if (!matching_only && (!without_photo.empty() || !without_camera.empty())) {
+    std::string what;
+    if (!without_photo.empty()) {
+      what += "cameras without a photo in the capture: " + Listed(without_photo);
+    }
+    if (!without_camera.empty()) {
+      what += (what.empty() ? "" : "; ") +
+              std::string("photos without a camera in the model: ") +
+              Listed(without_camera);
+    }
+    throw InputError(
+        model.string() + ": " + what +
+        "; add what is missing, or take only those that match with --matching-only");
+  }
+  if (kept.empty()) {
+    throw InputError(model.string() + ": none of its images has the name of a photo in " +
+                     capture.folder.string() + " (extensions do not count)");
+  }
+  ImportSummary summary;
+  for (const NamedCamera& named : kept) {
+    summary.views.push_back(named.view);
+
+    // A model that is not in ENU shows in the photos' own compass
+    const PhotoFacts facts =
+        ReadPhotoFacts(capture.PhotoOf(FindView(capture, named.view)));
+    if (facts.heading_deg && !facts.heading_is_magnetic) {
+      const double heading_deg = DegFromRad(AzimuthOf(named.camera.ForwardInWorld()));
+      const double apart_deg = std::abs(WrapDeg180(heading_deg - *facts.heading_deg));
+      if (apart_deg > 15) {
+        std::ostringstream note;
+        note.precision(3);
+        note << named.view << ": the camera looks to " << heading_deg
+             << " deg, the photo's compass says " << *facts.heading_deg
+             << " deg; is the model's world east, north, up in metres?";
+        summary.notes.push_back(note.str());
+      }
+    }
+  }
+  WriteColmapText(capture.folder / "cameras", kept);
+  return summary;
+}
+
+}  // namespace relight

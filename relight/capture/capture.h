@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A capture folder (docs/architecture.md): capture.toml, photos/, cameras/, trimaps/,
+// mattes/, volume.vdb, cache/, out/. Every file in it may come from anywhere: names that
+// lead out of the folder are refused.
+
+#include "relight/base/field_text.h"
+#include "relight/cameras/camera.h"
+#include "relight/capture/capture_file.h"
+#include "relight/capture/light_options.h"
+#include "relight/photo/write_photo.h"
+#include "relight/volume/opacity_estimation.h"
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace relight {
+
+// All that capture.toml's [options] and the command line may set, under one name each.
+struct CaptureOptions {
+  LightOptions light;
+  OpacityOptions volume;
+  SkyTransmittanceOptions sky_transmittance;
+  ReadPhotoOptions photo;
+};
+
+template <class Visitor>
+void Describe(CaptureOptions& o, Visitor&& field) {
+  Describe(o.light, field);
+  Describe(o.volume, field);
+  Describe(o.sky_transmittance, field);
+  Describe(o.photo, field);
+}
+
+// Options from texts by name; later maps win. Throws OptionError that names the key,
+// `source` and what it may be.
+CaptureOptions OptionsFrom(const std::map<std::string, std::string>& from_file,
+                           const std::map<std::string, std::string>& from_user,
+                           const std::string& source);
+
+struct Capture {
+  std::filesystem::path folder;
+  CaptureFile file;
+
+  std::filesystem::path PhotoOf(const ViewEntry& view) const {
+    return folder / view.photo;
+  }
+};
+
+// Throws InputError: no folder, or no capture.toml in it ("relight init" makes one), and
+// as ReadCaptureFile does.
+Capture OpenCapture(const std::filesystem::path& folder);
+
+// Throws InputError that lists the views there are.
+const ViewEntry& FindView(const Capture& capture, const std::string& name);
+
+// The photo's own file below `subfolder` (mattes, trimaps), whatever its extension among
+// those of images; nothing when there is none.
+std::optional<std::filesystem::path> FileOfView(const Capture& capture,
+                                                const std::string& subfolder,
+                                                const std::string& view);
+
+// Cameras of all views, from cameras/. Throws InputError: none there (import them), a
+// camera without photo, a photo without camera; each with the command that mends it.
+std::map<std::string, Camera> CamerasOf(const Capture& capture);
+
+// Makes or completes the capture in `folder` from photos (files, or folders of them):
+// copies photos that lie elsewhere into photos/, writes capture.toml. Views already there
+// are kept. Throws InputError: no photo, two photos of one name, a result of relight.
+Capture InitCapture(const std::filesystem::path& folder,
+                    std::span<const std::filesystem::path> photos);
+
+// Imports a COLMAP text model: its cameras for the capture's photos, matched by name
+// without extension, go to cameras/. With `matching_only` cameras without photo and
+// photos without camera are left out; else they are an InputError. Answers the views that
+// have one.
+struct ImportSummary {
+  std::vector<std::string> views;
+  std::vector<std::string> notes;  // Headings that disagree with EXIF, and so on.
+};
+ImportSummary ImportColmap(const Capture& capture,
+                           const std::filesystem::path& model,
+                           bool matching_only);
+
+}  // namespace relight

@@ -1,0 +1,892 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/relit_hour.h"
+
+#include "relight/base/angles.h"
+#include "relight/base/content_hash.h"
+#include "relight/base/error.h"
+#include "relight/base/version.h"
+#include "relight/cameras/level_camera.h"
+#include "relight/capture/tree_volume.h"
+#include "relight/capture/view_matte.h"
+#include "relight/photo/color.h"
+#include "relight/photo/image_file.h"
+#include "relight/photo/photo_facts.h"
+#include "relight/photo/true_heading.h"
+#include "relight/ratio/relight_view.h"
+#include "relight/sky/light_in_words.h"
+#include "relight/sky/sun_times.h"
+#include "relight/volume/silhouette_volume.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+namespace relight {
+namespace fs = std::filesystem;
+namespace {
+
+// --- What is missing, all at once ----------------------------------------------------
+
+struct Missing {
+  std::vector<std::string> what;      // "no place in EXIF"
+  std::vector<std::string> examples;  // "--place 48.85,2.35"
+
+  void Add(const std::string& text, const std::string& example) {
+    what.push_back(text);
+    examples.push_back(example);
+  }
+};
+
+// A word of a command as a shell reads it.
+std::string ShellWord(const std::string& word) {
+  const bool plain =
+      !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+        return std::isalnum(c) ||
+               std::string_view("-_./+,:=@").find(static_cast<char>(c)) !=
+                   std::string_view::npos;
+      });
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word)
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+void ThrowIfMissing(const Missing& missing, const HourRequest& r) {
+  if (missing.what.empty()) return;
+  std::string text = r.source.string() + ": cannot be relit yet";
+  for (std::size_t i = 0; i < missing.what.size(); ++i) {
+    text += "\n  " + missing.what[i] + "; give " + missing.examples[i];
+  }
+  text += "\nwith your own values: relight hour " + ShellWord(r.source.string());
+  const auto add = [&](const char* name, const std::optional<std::string>& value) {
+    if (value) text += std::string(" ") + name + " " + ShellWord(*value);
+  };
+  add("--view", r.view);
+  add("--to", r.to);
+  if (r.like) add("--like", r.like->string());
+  add("--to-light", r.to_light);
+  add("--place", r.place);
+  add("--zone", r.zone);
+  add("--taken", r.taken);
+  add("--heading", r.heading);
+  add("--lit-from", r.lit_from);
+  if (r.matte) add("--matte", r.matte->string());
+  for (const std::string& example : missing.examples) {
+    if (example.starts_with("--")) text += " " + example;
+  }
+  throw InputError(text);
+}
+
+// --- Light ---------------------------------------------------------------------------
+
+SolarPosition SunAt(double azimuth_rad, double elevation_rad) {
+  return {std::fmod(azimuth_rad + 4 * std::numbers::pi, 2 * std::numbers::pi),
+          elevation_rad,
+          DirectionFromAzimuthElevation(azimuth_rad, elevation_rad)};
+}
+
+// "AZ,EL" in degrees as the camera sees it.
+SolarPosition ParseLight(const std::string& text,
+                         const char* option,
+                         double heading_deg) {
+  double azimuth_deg = 0, elevation_deg = 0;
+  const std::size_t comma = text.find(',');
+  const auto number = [](std::string_view part, double& value) {
+    const auto [end, error] =
+        std::from_chars(part.data(), part.data() + part.size(), value);
+    return error == std::errc() && end == part.data() + part.size();
+  };
+  if (comma == std::string::npos ||
+      !number(std::string_view(text).substr(0, comma), azimuth_deg) ||
+      !number(std::string_view(text).substr(comma + 1), elevation_deg) ||
+      !(std::abs(azimuth_deg) <= 360) || !(elevation_deg > 0 && elevation_deg <= 90)) {
+    throw OptionError(
+        std::string(option) +
+        " must be AZ,EL in degrees, the sun as the camera sees it: AZ 0 straight "
+        "ahead, 90 from the right, 180 from behind; EL above 0 to 90; got \"" +
+        text + "\"");
+  }
+  return SunAt(RadFromDeg(heading_deg + azimuth_deg), RadFromDeg(elevation_deg));
+}
+
+void RequireSunUp(const HourLight& light,
+                  const char* which,
+                  const Place& place,
+                  const std::string& remedy) {
+  if (light.sun.elevation_rad > 0 || !light.time) return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "the sun is " << -DegFromRad(light.sun.elevation_rad)
+       << " deg below the horizon at the " << which << " hour "
+       << FormatLocal(*light.time);
+  const auto local_day = std::chrono::floor<std::chrono::days>(WallClockOf(*light.time));
+  const SunTimes times = SunTimesOf(
+      std::chrono::year_month_day(std::chrono::sys_days(local_day.time_since_epoch())),
+      place);
+  const auto clock = [&](Instant at) {
+    return FormatLocal({at, light.time->offset, {}}).substr(11, 5);
+  };
+  if (times.sunrise && times.sunset) {
+    text << "; it is up from " << clock(*times.sunrise) << " to " << clock(*times.sunset)
+         << " there";
+  } else {
+    text << "; it does not rise or set there that day";
+  }
+  text << "; " << remedy;
+  throw InputError(text.str());
+}
+
+// --- Planning ------------------------------------------------------------------------
+
+std::string DefaultOutputName(const HourPlan& plan) {
+  std::string name = plan.capture ? plan.view : plan.photo.stem().string();
+  if (!plan.target.time) return name + "_relit.png";
+  const std::string target = FormatLocal(*plan.target.time);
+  const bool other_day = plan.input.time && FormatLocal(*plan.input.time).substr(0, 10) !=
+                                                target.substr(0, 10);
+  if (other_day) name += "_" + target.substr(0, 10);
+  return name + "_" + target.substr(11, 2) + target.substr(14, 2) + ".png";
+}
+
+void RequireNoInput(const fs::path& output, const std::vector<fs::path>& inputs) {
+  for (const fs::path& input : inputs) {
+    std::error_code ignored;
+    if (fs::equivalent(output, input, ignored) ||
+        fs::weakly_canonical(output, ignored) == fs::weakly_canonical(input, ignored)) {
+      throw InputError(output.string() +
+                       ": is an input; an input is never overwritten; give "
+                       "another name with -o");
+    }
+  }
+}
+
+void CheckOutputs(const HourPlan& plan) {
+  std::vector<fs::path> inputs = {plan.photo};
+  const HourRequest& r = plan.request;
+  for (const auto& given : {r.photo, r.matte, r.like}) {
+    if (given) inputs.push_back(*given);
+  }
+  if (plan.capture) {
+    for (const ViewEntry& view : plan.capture->file.views) {
+      inputs.push_back(plan.capture->PhotoOf(view));
+      for (const char* folder : {"mattes", "trimaps"}) {
+        if (const auto file = FileOfView(*plan.capture, folder, view.name))
+          inputs.push_back(*file);
+      }
+    }
+    inputs.push_back(plan.capture->folder / "capture.toml");
+    inputs.push_back(plan.capture->folder / "volume.vdb");
+  }
+  std::vector<fs::path> outputs = {plan.output};
+  for (const auto& linear : {r.irradiance, r.ratio}) {
+    if (!linear) continue;
+    if (linear->extension() != ".exr") {
+      throw OptionError(linear->string() + ": light and ratio are written as .exr");
+    }
+    outputs.push_back(*linear);
+  }
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    RequireNoInput(outputs[i], inputs);
+    if (std::find(outputs.begin(),
+                  outputs.begin() + static_cast<std::ptrdiff_t>(i),
+                  outputs[i]) != outputs.begin() + static_cast<std::ptrdiff_t>(i)) {
+      throw OptionError(outputs[i].string() + ": is named for two outputs");
+    }
+  }
+  const std::string extension = plan.output.extension().string();
+  const std::vector<std::string> known = WritableExtensions();
+  if (std::find(known.begin(), known.end(), extension) == known.end()) {
+    std::string list;
+    for (const std::string& e : known) list += (list.empty() ? "" : " ") + e;
+    throw OptionError(plan.output.string() +
+                      ": the format is told by the extension, one of " + list);
+  }
+}
+
+double Megapixels(const PhotoFacts& facts) { return 1e-6 * facts.width * facts.height; }
+
+void RequireOriginal(const PhotoFacts& facts) {
+  if (!facts.made_by_relight) return;
+  std::string original;
+  const auto json = nlohmann::json::parse(facts.provenance_json, nullptr, false);
+  if (json.is_object() && json.contains("photo") && json["photo"].is_string()) {
+    original = " (" + json["photo"].get<std::string>() + ")";
+  }
+  throw InputError(facts.file +
+                   ": is a result of relight, and a result is not relit again; relight "
+                   "the photo it was made from" +
+                   original);
+}
+
+// Seconds on two cores of a desktop of 2020: what a user is told before work.
+// tests/benchmark prints what they are here.
+constexpr double kMatteSecondsPerMegapixel = 3.0;
+constexpr double kVolumeSecondsPerMegaray = 1.5;  // Of all views, 8 iterations.
+constexpr double kLightSeconds = 4.0;
+constexpr double kRelightSecondsPerMegapixel = 0.6;
+
+void PlanStages(HourPlan& plan, const PhotoFacts& facts, Missing& missing) {
+  const double relight_s = 0.3 + kRelightSecondsPerMegapixel * Megapixels(facts);
+  const PlannedStage relight_stage{
+      "relight", "light of both hours and their ratio", relight_s};
+  if (!plan.capture) {
+    plan.stages.push_back(
+        {"volume", "a round silhouette volume from this photo alone", 1});
+    plan.stages.push_back(
+        {"light", "transmittance of the volume to the sky", kLightSeconds});
+    plan.stages.push_back(relight_stage);
+    return;
+  }
+  const Capture& capture = *plan.capture;
+  const StageRecords records(capture.folder);
+  const bool force = plan.request.force;
+  int to_make = 0, posed = 0;
+  double matte_mpx = 0;
+  std::vector<std::string> without;
+  for (const auto& [name, camera] : CamerasOf(capture)) {
+    ++posed;
+    const ViewEntry& view = FindView(capture, name);
+    const MatteNeed need = NeedOf(capture, view, records, plan.options.photo, force);
+    if (need == MatteNeed::kMissing) without.push_back(name);
+    if (need != MatteNeed::kMatte) continue;
+    ++to_make;
+    matte_mpx += 1e-6 * camera.width_px * camera.height_px;
+  }
+  if (!without.empty()) {
+    std::string list = without.front();
+    if (without.size() > 1)
+      list += " and " + std::to_string(without.size() - 1) + " more";
+    missing.Add("no matte and no trimap for " + list,
+                "a matte of the photo's size in " + (capture.folder / "mattes").string() +
+                    " or a trimap (0, 128, 255) in " +
+                    (capture.folder / "trimaps").string() + ", named like the photo");
+    return;
+  }
+  if (to_make > 0) {
+    plan.stages.push_back({"mattes",
+                           "closed-form mattes of " + std::to_string(to_make) + " photos",
+                           1 + kMatteSecondsPerMegapixel * matte_mpx});
+  }
+  const bool volume = to_make > 0 || VolumeIsStale(capture, records, plan.options, force);
+  if (volume) {
+    const double rays_per_view =
+        std::pow(1e-3 * std::max(600, 6 * plan.options.volume.cells), 2) * 0.8;
+    plan.stages.push_back({"volume",
+                           "extinction from " + std::to_string(posed) + " mattes",
+                           1 + kVolumeSecondsPerMegaray * posed * rays_per_view});
+  } else if (VolumeIsEdited(capture, records)) {
+    plan.notes.push_back(
+        (capture.folder / "volume.vdb").string() +
+        " was edited since relight made it; used as it is (--force makes it "
+        "again)");
+  }
+  if (volume || LightIsStale(capture, records, plan.options, force)) {
+    plan.stages.push_back(
+        {"light", "transmittance of the volume to the sky", kLightSeconds});
+  }
+  plan.stages.push_back(relight_stage);
+}
+
+void RequireExposure(const std::string& exposure) {
+  double ev = 0;
+  const auto [end, error] =
+      std::from_chars(exposure.data() + (exposure.starts_with('+') ? 1 : 0),
+                      exposure.data() + exposure.size(),
+                      ev);
+  const bool number = error == std::errc() && end == exposure.data() + exposure.size() &&
+                      std::abs(ev) <= 20;
+  if (exposure != "same" && exposure != "auto" && !number) {
+    throw OptionError(
+        "--exposure must be same, auto or a number of stops (-20 to 20), got \"" +
+        exposure + "\"");
+  }
+}
+
+}  // namespace
+
+HourPlan PlanHour(const HourRequest& request) {
+  HourPlan plan;
+  plan.request = request;
+  RequireExposure(request.exposure);
+  Missing missing;
+
+  // The photo, alone or of a capture
+  if (!fs::exists(request.source)) {
+    throw InputError(request.source.string() +
+                     ": not there; give a photo or a capture folder");
+  }
+  CaptureFile of_capture;
+  const ViewEntry* entry = nullptr;
+  if (fs::is_directory(request.source)) {
+    plan.capture = OpenCapture(request.source);
+    of_capture = plan.capture->file;
+    if (of_capture.views.empty()) {
+      throw InputError((request.source / "capture.toml").string() +
+                       ": no [[view]] in it; add photos with: relight init " +
+                       request.source.string() + " PHOTO…");
+    }
+    if (!request.view && of_capture.views.size() > 1) {
+      plan.notes.push_back("no --view given; the first is taken: " +
+                           of_capture.views[0].name);
+    }
+    entry = &FindView(*plan.capture, request.view.value_or(of_capture.views[0].name));
+    plan.view = entry->name;
+    plan.photo = plan.capture->PhotoOf(*entry);
+    if (!fs::exists(plan.photo)) {
+      throw InputError(
+          plan.photo.string() + ": the photo of view " + plan.view +
+          " is not there; put it back, or take the view out of capture.toml");
+    }
+  } else {
+    if (request.view)
+      throw OptionError("--view belongs to a capture folder, not to one photo");
+    if (request.photo)
+      throw OptionError("--photo belongs to a capture folder; name the photo itself");
+    plan.photo = request.source;
+    plan.view = plan.photo.stem().string();
+  }
+  plan.options =
+      OptionsFrom(of_capture.options,
+                  request.options,
+                  plan.capture ? (plan.capture->folder / "capture.toml").string() : "");
+  static_cast<void>(
+      DaylightOf(plan.options.light));  // Says now what does not go together
+  PhotoFacts facts = ReadPhotoFacts(plan.photo);
+  RequireOriginal(facts);
+  if (request.photo) RequireOriginal(ReadPhotoFacts(*request.photo));
+  plan.notes.insert(plan.notes.end(), facts.notes.begin(), facts.notes.end());
+
+  // When: the user's word, the view's in capture.toml, EXIF, the capture's
+  std::optional<CaptureTime> when;
+  const auto zone_text = request.zone ? request.zone : of_capture.zone;
+  std::optional<std::string> taken = request.taken;
+  if (!taken && entry != nullptr) taken = entry->taken;
+  if (!taken && !facts.local_time && !facts.gps_time) taken = of_capture.taken;
+  const bool needs_input_time = !request.lit_from;
+  const bool needs_target_date = request.to.has_value();
+  if (needs_input_time || needs_target_date) {
+    try {
+      when = ResolveCaptureTime(facts, zone_text, taken);
+      plan.notes.insert(plan.notes.end(), when->notes.begin(), when->notes.end());
+      plan.input.time = when->time;
+    } catch (const InputError&) {
+      if (!facts.local_time && !taken) {
+        missing.Add("no capture time in EXIF", "--taken 2011-07-22T13:00");
+      }
+      if (!zone_text) missing.Add("no time zone", "--zone Europe/Paris");
+      if (missing.what.empty()) throw;
+    }
+  }
+
+  // Where
+  if (request.place) {
+    plan.place = ParsePlace(*request.place);
+  } else if (of_capture.place) {
+    plan.place = ParsePlace(*of_capture.place);
+  } else if (facts.place) {
+    plan.place = facts.place;
+  } else if (when && when->approximate_place) {
+    plan.place = when->approximate_place;
+    plan.notes.push_back(
+        "no place given: that of the zone " + *zone_text +
+        " is taken, which may be hundreds of km off; --place LAT,LON is better");
+  }
+  const bool needs_place = needs_input_time || needs_target_date;
+  if (needs_place && !plan.place) missing.Add("no place in EXIF", "--place 48.85,2.35");
+
+  // Which way the camera looks
+  const bool has_cameras =
+      plan.capture && fs::exists(plan.capture->folder / "cameras" / "images.txt");
+  if (has_cameras) {
+    const auto cameras = CamerasOf(*plan.capture);
+    const auto found = cameras.find(plan.view);
+    if (found == cameras.end()) {
+      throw InputError(plan.photo.string() +
+                       ": a photo without camera; import the cameras again "
+                       "with one of this name, or choose another --view");
+    }
+    plan.heading_deg = DegFromRad(AzimuthOf(found->second.ForwardInWorld()));
+  } else if (plan.capture && plan.capture->file.views.size() > 1) {
+    static_cast<void>(CamerasOf(*plan.capture));  // Says how to import them
+  } else if (request.heading) {
+    plan.heading_deg = ParseHeading(*request.heading);
+  } else if (of_capture.heading_deg) {
+    plan.heading_deg = *of_capture.heading_deg;
+  } else if (facts.heading_deg && !facts.heading_is_magnetic) {
+    plan.heading_deg = *facts.heading_deg;
+  } else if (facts.heading_deg && plan.place) {
+    const Instant at =
+        plan.input.time ? plan.input.time->utc
+                        : Instant(std::chrono::sys_days(std::chrono::year(2020) / 1 / 1));
+    const TrueHeading heading = TrueFromMagnetic(*facts.heading_deg, *plan.place, at);
+    plan.heading_deg = heading.heading_deg;
+    plan.notes.push_back(
+        "the compass heading in EXIF is magnetic; corrected by " +
+        std::to_string(heading.declination.declination_deg).substr(0, 5) + " deg with " +
+        heading.declination.model);
+  } else if (needs_input_time || (request.to && !request.to_light)) {
+    missing.Add("no heading in EXIF (which way the camera looked)", "--heading SW");
+  }
+
+  // Mattes, and what has to be made
+  const bool one_photo = !has_cameras;
+  if (plan.capture && one_photo) {
+    // A capture of one view is one photo alone; its matte is looked for in the folder
+    if (!plan.request.matte) {
+      if (const auto matte = FileOfView(*plan.capture, "mattes", plan.view)) {
+        plan.request.matte = *matte;
+      }
+    }
+    plan.capture.reset();
+  }
+  if (!plan.capture && !plan.request.matte) {
+    const Photo photo = ReadPhoto(plan.photo, plan.options.photo);
+    if (photo.alpha.empty())
+      missing.Add("no matte (which pixels are tree)", "--matte FILE.png");
+  }
+  PlanStages(plan, facts, missing);
+  ThrowIfMissing(missing, request);
+
+  // Light of both hours
+  plan.input.sun = request.lit_from
+                       ? ParseLight(*request.lit_from, "--lit-from", plan.heading_deg)
+                       : SolarPositionAt(plan.input.time->utc, *plan.place);
+  Place target_place = plan.place.value_or(Place{});
+  if (request.to_light) {
+    plan.target.sun = ParseLight(*request.to_light, "--to-light", plan.heading_deg);
+  } else if (request.like) {
+    const PhotoFacts like = ReadPhotoFacts(*request.like);
+    const CaptureTime like_time = ResolveCaptureTime(like, zone_text);
+    plan.target.time = like_time.time;
+    if (like.place) {
+      target_place = *like.place;
+    } else if (plan.place) {
+      plan.notes.push_back(request.like->string() +
+                           " has no place; the photo's own is taken");
+    } else {
+      throw InputError(request.like->string() +
+                       ": no place in EXIF; give --place LAT,LON");
+    }
+    plan.target.sun = SolarPositionAt(like_time.time.utc, target_place);
+    if (like.heading_deg) {
+      // As the backdrop's camera sees the sun
+      double heading_deg = *like.heading_deg;
+      if (like.heading_is_magnetic) {
+        heading_deg =
+            TrueFromMagnetic(heading_deg, target_place, like_time.time.utc).heading_deg;
+      }
+      plan.target.sun =
+          SunAt(plan.target.sun.azimuth_rad + RadFromDeg(plan.heading_deg - heading_deg),
+                plan.target.sun.elevation_rad);
+    } else {
+      plan.notes.push_back(request.like->string() +
+                           " has no heading; taken to look the same way as the photo");
+    }
+  } else if (request.to) {
+    plan.target.time = ParseWhen(*request.to, plan.input.time.value(), when->zone);
+    if (!plan.target.time->note.empty()) plan.notes.push_back(plan.target.time->note);
+    plan.target.sun = SolarPositionAt(plan.target.time->utc, *plan.place);
+  } else {
+    throw OptionError(
+        "give the hour that is wanted: --to 17:00, --to-light AZ,EL or --like PHOTO");
+  }
+  RequireSunUp(plan.input,
+               "photo's",
+               target_place,
+               "relight needs a photo taken in daylight; "
+               "check --taken, --zone and --place");
+  RequireSunUp(
+      plan.target, "wanted", target_place, "choose an hour of daylight with --to");
+  for (HourLight* light : {&plan.input, &plan.target}) {
+    const double relative = light->sun.azimuth_rad - RadFromDeg(plan.heading_deg);
+    light->words = light == &plan.input
+                       ? LightInWords(relative, light->sun.elevation_rad)
+                       : LightInFewWords(relative, light->sun.elevation_rad);
+  }
+
+  // Where to
+  plan.output =
+      request.output.value_or(fs::is_directory(request.source)
+                                  ? request.source / "out" / DefaultOutputName(plan)
+                                  : plan.photo.parent_path() / DefaultOutputName(plan));
+  if (plan.output.extension() == ".jpg" || plan.output.extension() == ".jpeg") {
+    plan.request.whole = true;
+  }
+  CheckOutputs(plan);
+  return plan;
+}
+
+// --- Running -------------------------------------------------------------------------
+
+namespace {
+
+// The view as it is relit.
+struct Subject {
+  Photo photo;
+  CutOut cut;
+  Camera camera;
+};
+
+// Camera and volume of one photo alone.
+std::pair<Camera, ExtinctionGrid> StandIn(const HourPlan& plan,
+                                          const cv::Mat1f& alpha,
+                                          std::vector<std::string>& notes) {
+  int top = -1, bottom = -1;
+  double foot_sum = 0, foot_count = 0;
+  for (int row = 0; row < alpha.rows; ++row) {
+    double sum = 0, count = 0;
+    for (int column = 0; column < alpha.cols; ++column) {
+      if (alpha(row, column) < 0.5f) continue;
+      sum += column + 0.5;
+      ++count;
+    }
+    if (count == 0) continue;
+    if (top < 0) top = row;
+    bottom = row;
+    foot_sum = sum;
+    foot_count = count;
+  }
+  if (top < 0) {
+    throw InputError(plan.photo.string() +
+                     ": its matte holds no tree (no pixel above 0.5); give "
+                     "another with --matte");
+  }
+  const PhotoFacts facts = ReadPhotoFacts(plan.photo);
+  double focal_35mm_mm = kPhoneFocal35mm_mm;
+  if (facts.focal_35mm_mm) {
+    focal_35mm_mm = *facts.focal_35mm_mm;
+  } else {
+    notes.push_back(
+        "no focal length in EXIF: 26 mm (35 mm equivalent), a phone's, is taken");
+  }
+  LevelCameraOptions options;
+  if (plan.request.distance_m) options.distance_m = *plan.request.distance_m;
+  const LevelCamera level =
+      MakeLevelCamera(alpha.cols,
+                      alpha.rows,
+                      FocalPixelsFrom35mm(focal_35mm_mm, alpha.cols, alpha.rows),
+                      RadFromDeg(plan.heading_deg),
+                      {foot_sum / foot_count, bottom + 1.0},
+                      top,
+                      options);
+  std::ostringstream note;
+  note.precision(3);
+  note << "one photo alone: the tree's depth is not known, and its volume is a round "
+          "silhouette ("
+       << "each row as deep as it is wide), " << level.tree_height_m << " m high at "
+       << level.distance_m << " m"
+       << (plan.request.distance_m ? ""
+                                   : " (8 m high is assumed; --distance M tells better)")
+       << "; the camera is held level at 1.6 m. Photos from several sides give a better "
+          "result";
+  notes.push_back(note.str());
+  const ExtinctionGrid grid =
+      SilhouetteVolume({plan.view, level.camera, alpha},
+                       level.distance_m,
+                       {.cells = plan.options.volume.cells,
+                        .alpha_max = plan.options.volume.alpha_max,
+                        .scale = plan.options.volume.scale});
+  return {level.camera, grid};
+}
+
+CutOut CutOutAlone(const HourPlan& plan, const Photo& photo, const Progress& progress) {
+  CutOut cut;
+  if (plan.request.matte) {
+    cut.alpha = ReadMatteFor(*plan.request.matte, photo.pixels.size(), plan.photo);
+    cut.matte_source = plan.request.matte->string();
+  } else {
+    cut.alpha = photo.alpha;
+    cut.matte_source = "the photo's alpha";
+  }
+  cut.foreground = ForegroundOf(photo, cut.alpha, progress);
+  return cut;
+}
+
+double Luminance(const cv::Vec3f& c) {
+  return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+
+// Alpha-weighted mean luminance of the tree.
+double MeanLuminance(const cv::Mat3f& colors, const cv::Mat1f& alpha) {
+  double sum = 0, weight = 0;
+  for (int row = 0; row < colors.rows; ++row) {
+    for (int column = 0; column < colors.cols; ++column) {
+      const double a = alpha(row, column);
+      if (a <= 0) continue;
+      sum += a * Luminance(colors(row, column));
+      weight += a;
+    }
+  }
+  return weight > 0 ? sum / weight : 0.0;
+}
+
+std::int64_t ClippedIn(const Photo& photo, const cv::Mat1f& alpha, const fs::path& file) {
+  if (file.extension() == ".exr") return 0;
+  const float limit = LinearFromSrgb(254.5f / 255);
+  std::int64_t count = 0;
+  for (int row = 0; row < alpha.rows; ++row) {
+    for (int column = 0; column < alpha.cols; ++column) {
+      const cv::Vec3f& c = photo.pixels(row, column);
+      count += alpha(row, column) > 0.5f && std::max({c[0], c[1], c[2]}) >= limit;
+    }
+  }
+  return count;
+}
+
+// The photo with the tree relit in place: I + alpha F (r - 1), so that r = 1 leaves every
+// pixel as it was.
+cv::Mat3f WholePicture(const Subject& subject, const cv::Mat3f& relit) {
+  cv::Mat3f whole(relit.size());
+  for (int row = 0; row < whole.rows; ++row) {
+    for (int column = 0; column < whole.cols; ++column) {
+      const float a = subject.cut.alpha(row, column);
+      whole(row, column) = subject.photo.pixels(row, column);
+      if (a > 0) {
+        whole(row, column) +=
+            a * (relit(row, column) - subject.cut.foreground(row, column));
+        for (int c = 0; c < 3; ++c)
+          whole(row, column)[c] = std::max(0.0f, whole(row, column)[c]);
+      }
+    }
+  }
+  return whole;
+}
+
+nlohmann::json LightJson(const HourLight& light) {
+  nlohmann::json json = {{"sun_azimuth_deg", DegFromRad(light.sun.azimuth_rad)},
+                         {"sun_elevation_deg", DegFromRad(light.sun.elevation_rad)},
+                         {"words", light.words}};
+  if (light.time) json["time"] = FormatLocal(*light.time);
+  return json;
+}
+
+Provenance ProvenanceOf(const HourPlan& plan, double exposure_ev) {
+  nlohmann::json json = {
+      {"program", std::string("relight ") + Version()},
+      {"photo", plan.request.photo.value_or(plan.photo).filename().string()},
+      {"photo_hash", HashOfFile(plan.request.photo.value_or(plan.photo))},
+      {"view", plan.view},
+      {"options", FieldsText(plan.options)},
+      {"input", LightJson(plan.input)},
+      {"target", LightJson(plan.target)},
+      {"heading_deg", plan.heading_deg},
+      {"whole", plan.request.whole},
+      {"exposure_ev", exposure_ev}};
+  if (plan.capture) json["volume_hash"] = HashOfFile(plan.capture->folder / "volume.vdb");
+  if (plan.place) {
+    json["place"] = {
+        plan.place->latitude_deg, plan.place->longitude_deg, plan.place->altitude_m};
+  }
+  return {std::string("relight ") + Version(), json.dump()};
+}
+
+void WriteLight(const HourPlan& plan,
+                const ViewLight& light,
+                cv::Size size,
+                HourResult& result) {
+  const std::map<std::string, std::string> metadata = {
+      {"relight:software", std::string("relight ") + Version()},
+      {"relight:unit", "lx"},
+      {"relight:options", FieldsText(plan.options)}};
+  if (plan.request.irradiance) {
+    std::vector<LinearLayer> layers;
+    const char* names[] = {"input", "target"};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const IrradianceImage& image = light.images.lights[i];
+      layers.push_back({names[i], image.Total()});
+      if (!plan.request.components) continue;
+      layers.push_back({std::string(names[i]) + ".sun", image.sun});
+      layers.push_back({std::string(names[i]) + ".sky", image.sky});
+      layers.push_back({std::string(names[i]) + ".indirect", image.indirect});
+    }
+    layers.push_back({"weight", light.images.weight});
+    WriteLinear(*plan.request.irradiance, layers, metadata);
+    result.files.push_back(*plan.request.irradiance);
+  }
+  if (plan.request.ratio) {
+    WriteLinear(
+        *plan.request.ratio, {{"", RatioRows(light, size, 0, size.height)}}, metadata);
+    result.files.push_back(*plan.request.ratio);
+  }
+}
+
+}  // namespace
+
+HourResult RunHour(const HourPlan& plan, const StageStart& start) {
+  HourResult result;
+  const auto begin = [&](const char* name) {
+    for (const PlannedStage& stage : plan.stages) {
+      if (start && stage.name == name) return start(stage);
+    }
+    return Progress();
+  };
+  const CaptureOptions& options = plan.options;
+  Subject subject;
+  Tree tree;
+  const fs::path photo_file = plan.request.photo.value_or(plan.photo);
+
+  // Stages that are not up to date
+  if (plan.capture) {
+    const Capture& capture = *plan.capture;
+    StageRecords records(capture.folder);
+    const std::map<std::string, Camera> cameras = CamerasOf(capture);
+    const Progress mattes = begin("mattes");
+    double done = 0;
+    for (const auto& [name, camera] : cameras) {
+      const auto share = static_cast<double>(cameras.size());
+      MakeMatte(capture,
+                FindView(capture, name),
+                records,
+                options.photo,
+                plan.request.force,
+                mattes.Part(done / share, (done + 1) / share));
+      ++done;
+    }
+    if (VolumeIsStale(capture, records, options, plan.request.force)) {
+      const OpacitySummary summary =
+          MakeVolume(capture, records, options, begin("volume"));
+      if (summary.residual_rms > 0.35) {
+        result.notes.push_back(
+            "the volume fits its mattes badly (rms " +
+            std::to_string(summary.residual_rms).substr(0, 4) +
+            "): cameras and mattes may not belong together; look at volume.vdb");
+      }
+    }
+    tree = TreeOf(capture, records, options, plan.request.force, begin("light"));
+
+    const Progress reading = begin("relight");
+    const ViewEntry& view = FindView(capture, plan.view);
+    subject.photo = ReadPhoto(photo_file, options.photo);
+    const bool own_alpha = !subject.photo.alpha.empty();
+    if (plan.request.matte || (plan.request.photo && own_alpha)) {
+      subject.cut = CutOutAlone(plan, subject.photo, reading.Part(0, 0.3));
+    } else if (plan.request.photo) {
+      const auto matte = FileOfView(capture, "mattes", view.name);
+      subject.cut.alpha =
+          matte ? ReadMatteFor(*matte, subject.photo.pixels.size(), photo_file)
+                : MatteOf(capture, view);
+      subject.cut.foreground =
+          ForegroundOf(subject.photo, subject.cut.alpha, reading.Part(0, 0.3));
+    } else {
+      subject.cut = CutOutOf(
+          capture, view, subject.photo, records, options.photo, reading.Part(0, 0.3));
+    }
+    subject.camera = cameras.at(plan.view);
+    const cv::Size size = subject.photo.pixels.size();
+    const double stretch = static_cast<double>(size.width) * subject.camera.height_px /
+                           (static_cast<double>(size.height) * subject.camera.width_px);
+    if (std::abs(stretch - 1) > 0.01) {
+      throw InputError(photo_file.string() + ": is " + std::to_string(size.width) +
+                       " x " + std::to_string(size.height) + " pixels, its camera " +
+                       std::to_string(subject.camera.width_px) + " x " +
+                       std::to_string(subject.camera.height_px) +
+                       ": not the same picture; give one of the camera's proportions");
+    }
+    subject.camera = subject.camera.Resized(size.width, size.height);
+  } else {
+    const Progress making = begin("volume");
+    subject.photo = ReadPhoto(plan.photo, options.photo);
+    subject.cut = CutOutAlone(plan, subject.photo, making);
+    std::tie(subject.camera, tree.grid) = StandIn(plan, subject.cut.alpha, result.notes);
+    tree.occupied = FindOccupied(tree.grid);
+    tree.sky_transmittance = ProjectTransmittance(
+        tree.grid, tree.occupied, options.sky_transmittance, begin("light"));
+    begin("relight");
+  }
+  result.notes.insert(
+      result.notes.end(), subject.photo.notes.begin(), subject.photo.notes.end());
+
+  // Light of both hours, and the ratio
+  const Progress relighting = begin("relight");
+  const DaylightOptions daylight = DaylightOf(options.light);
+  const auto arriving = [&](const HourLight& light) {
+    return LightArriving(tree.grid,
+                         tree.occupied,
+                         tree.sky_transmittance,
+                         MakeDaylight(light.sun, daylight));
+  };
+  const ViewLight light =
+      LightOfView(tree.grid,
+                  tree.occupied,
+                  arriving(plan.input),
+                  arriving(plan.target),
+                  subject.camera,
+                  subject.cut.alpha,
+                  {.smooth = options.light.method == Method::kDefault},
+                  relighting.Part(0.3, 0.6));
+  cv::Mat3f relit =
+      ApplyRatio(light, subject.cut.foreground, 1.0, relighting.Part(0.6, 0.7));
+
+  // Exposure: one factor for all
+  const double before = MeanLuminance(subject.cut.foreground, subject.cut.alpha);
+  const double after = MeanLuminance(relit, subject.cut.alpha);
+  result.mean_ratio = before > 0 ? after / before : 1.0;
+  if (plan.request.exposure == "auto") {
+    result.exposure_ev = result.mean_ratio > 0 ? -std::log2(result.mean_ratio) : 0.0;
+  } else if (plan.request.exposure != "same") {
+    result.exposure_ev = std::stod(plan.request.exposure);
+  }
+
+  // Figures, and what they mean
+  result.weak_share = light.weak_share;
+  result.clipped_in = ClippedIn(subject.photo, subject.cut.alpha, photo_file);
+  const auto percent = [](double share) {
+    std::ostringstream text;
+    text.precision(2);
+    text << 100 * share << " %";
+    return text.str();
+  };
+  const int solid = cv::countNonZero(subject.cut.alpha > 0.5f);
+  if (light.weak_share > 0.05) {
+    result.notes.push_back(
+        percent(light.weak_share) +
+        " of the tree's pixels meet no volume; their light is that of their "
+        "neighbours");
+  }
+  if (solid > 0 && result.clipped_in > solid / 100) {
+    result.notes.push_back(
+        percent(static_cast<double>(result.clipped_in) / solid) +
+        " of the tree's pixels are at the photo's upper limit; what was "
+        "brighter there is not known");
+  }
+
+  // Write, all or nothing of each file
+  Photo output;
+  if (plan.request.whole) {
+    if (!subject.photo.alpha.empty()) {
+      throw InputError(photo_file.string() +
+                       ": has no background to keep (it has an alpha "
+                       "channel); leave --whole out and write .png, .tif or .exr");
+    }
+    output.pixels = WholePicture(subject, relit);
+  } else {
+    output.pixels = relit;
+    output.alpha = subject.cut.alpha;
+  }
+  if (result.exposure_ev != 0) output.pixels *= std::exp2(result.exposure_ev);
+  relighting.Report(0.8);
+  if (!plan.request.output && fs::is_directory(plan.request.source)) {
+    fs::create_directories(plan.output.parent_path());
+  }
+  WriteLight(plan, light, subject.photo.pixels.size(), result);
+  const WriteSummary written = WritePhoto(plan.output,
+                                          output,
+                                          ProvenanceOf(plan, result.exposure_ev),
+                                          {.quality = plan.request.quality});
+  result.files.insert(result.files.begin(), plan.output);
+  result.clipped_out = written.clipped_pixels;
+  if (solid > 0 && written.clipped_pixels > solid / 100) {
+    result.notes.push_back(percent(static_cast<double>(written.clipped_pixels) / solid) +
+                           " of the tree's pixels are brighter than " +
+                           plan.output.extension().string() +
+                           " can hold and are cut; --exposure -1 or an .exr keeps them");
+  }
+  relighting.Report(1.0);
+  return result;
+}
+
+}  // namespace relight

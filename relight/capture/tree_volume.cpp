@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/tree_volume.h"
+
+#include "relight/base/error.h"
+#include "relight/base/version.h"
+#include "relight/capture/view_matte.h"
+#include "relight/volume/vdb_file.h"
+#include "relight/volume/visual_hull.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relight {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kVolumeStage = "volume";
+constexpr const char* kLightStage = "light";
+const fs::path kVolumeFile = "volume.vdb";
+const fs::path kLightFile = fs::path("cache") / "light.vdb";
+
+std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
+  StageKey key("volume 1");
+  key.Add(FieldsText(options.volume));
+  key.AddFile(capture.folder / "cameras" / "cameras.txt");
+  key.AddFile(capture.folder / "cameras" / "images.txt");
+  for (const auto& [name, camera] : CamerasOf(capture)) {
+    const auto matte = FileOfView(capture, "mattes", name);
+    key.Add(name).AddFile(matte ? *matte : capture.PhotoOf(FindView(capture, name)));
+  }
+  return key.Hash();
+}
+
+std::string LightKey(const Capture& capture, const CaptureOptions& options) {
+  return StageKey("light 1")
+      .Add(FieldsText(options.sky_transmittance))
+      .AddFile(capture.folder / kVolumeFile)
+      .Hash();
+}
+
+bool IsStale(StageRecords::State state) {
+  return state == StageRecords::State::kMissing || state == StageRecords::State::kStale;
+}
+
+}  // namespace
+
+std::vector<MatteView> MatteViewsOf(const Capture& capture,
+                                    const OpacityOptions& options) {
+  // A crown that fills the frame has some 6 pixels a voxel then; finer rays only cost
+  // time
+  const int longest_px = std::max(600, 6 * options.cells);
+  std::vector<MatteView> views;
+  for (const auto& [name, camera] : CamerasOf(capture)) {
+    MatteView view{name, camera, MatteOf(capture, FindView(capture, name))};
+    const double stretch = static_cast<double>(view.alpha.cols) * camera.height_px /
+                           (static_cast<double>(view.alpha.rows) * camera.width_px);
+    if (std::abs(stretch - 1) > 0.01) {
+      throw InputError(name + ": the matte is " + std::to_string(view.alpha.cols) +
+                       " x " + std::to_string(view.alpha.rows) + " pixels, the camera " +
+                       std::to_string(camera.width_px) + " x " +
+                       std::to_string(camera.height_px) +
+                       ": not the same picture; make the matte at the photo's size");
+    }
+    cv::Size size = view.alpha.size();
+    const double shrink =
+        std::max(size.width, size.height) / static_cast<double>(longest_px);
+    if (shrink > 1.0) {
+      size = {std::max(1, static_cast<int>(std::lround(size.width / shrink))),
+              std::max(1, static_cast<int>(std::lround(size.height / shrink)))};
+      cv::resize(view.alpha, view.alpha, size, 0, 0, cv::INTER_AREA);
+    }
+    view.camera = camera.Resized(size.width, size.height);
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+bool VolumeIsStale(const Capture& capture,
+                   const StageRecords& records,
+                   const CaptureOptions& options,
+                   bool force) {
+  return force || IsStale(records.StateOf(kVolumeStage, VolumeKey(capture, options)));
+}
+
+bool VolumeIsEdited(const Capture& capture, const StageRecords& records) {
+  return fs::exists(capture.folder / kVolumeFile) && !records.IsOurs(kVolumeFile);
+}
+
+bool LightIsStale(const Capture& capture,
+                  const StageRecords& records,
+                  const CaptureOptions& options,
+                  bool force) {
+  if (force || !fs::exists(capture.folder / kVolumeFile)) return true;
+  return records.StateOf(kLightStage, LightKey(capture, options)) !=
+         StageRecords::State::kUpToDate;
+}
+
+OpacitySummary MakeVolume(const Capture& capture,
+                          StageRecords& records,
+                          const CaptureOptions& options,
+                          const Progress& progress) {
+  const std::vector<MatteView> views = MatteViewsOf(capture, options.volume);
+  const Eigen::AlignedBox3d bounds = HullBounds(
+      views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
+  const OpacityEstimate estimate =
+      EstimateOpacity(views, bounds, options.volume, progress.Part(0.05, 1));
+  WriteVolume(capture.folder / kVolumeFile,
+              estimate.grid,
+              {{"software", std::string("relight ") + Version()},
+               {"options", FieldsText(options.volume)},
+               {"views", std::to_string(views.size())}});
+  records.Remember(kVolumeStage, VolumeKey(capture, options), {kVolumeFile});
+  return estimate.summary;
+}
+
+Tree TreeOf(const Capture& capture,
+            StageRecords& records,
+            const CaptureOptions& options,
+            bool force,
+            const Progress& progress) {
+  Tree tree;
+  tree.grid = ReadVolume(capture.folder / kVolumeFile);
+  tree.occupied = FindOccupied(tree.grid);
+  const int bands = options.sky_transmittance.bands;
+  if (!LightIsStale(capture, records, options, force)) {
+    tree.sky_transmittance = {
+        bands, ReadChannels(capture.folder / kLightFile, tree.grid, "sh", bands * bands)};
+    return tree;
+  }
+  tree.sky_transmittance =
+      ProjectTransmittance(tree.grid, tree.occupied, options.sky_transmittance, progress);
+  fs::create_directories(capture.folder / kLightFile.parent_path());
+  WriteChannels(
+      capture.folder / kLightFile, tree.grid, "sh", tree.sky_transmittance.coefficients);
+  records.Remember(kLightStage, LightKey(capture, options), {kLightFile});
+  return tree;
+}
+
+}  // namespace relight

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The volume of a capture and its transmittance to the sky, made when they are not up to
+// date: volume.vdb from all views' mattes and cameras, cache/light.vdb from it.
+
+#include "relight/base/progress.h"
+#include "relight/capture/capture.h"
+#include "relight/capture/stage_records.h"
+#include "relight/scattering/sky_transmittance.h"
+#include "relight/volume/extinction_grid.h"
+#include "relight/volume/opacity_estimation.h"
+
+#include <optional>
+#include <string>
+
+namespace relight {
+
+struct Tree {
+  ExtinctionGrid grid;
+  OccupiedVoxels occupied;
+  SkyTransmittance sky_transmittance;
+};
+
+// All views that have a camera, with their mattes, no finer than the volume can use.
+std::vector<MatteView> MatteViewsOf(const Capture& capture,
+                                    const OpacityOptions& options);
+
+// Whether volume.vdb, or cache/light.vdb, would be made now.
+bool VolumeIsStale(const Capture& capture,
+                   const StageRecords& records,
+                   const CaptureOptions& options,
+                   bool force);
+bool LightIsStale(const Capture& capture,
+                  const StageRecords& records,
+                  const CaptureOptions& options,
+                  bool force);
+
+// Makes volume.vdb. Mattes have to be there. Throws as EstimateOpacity does.
+OpacitySummary MakeVolume(const Capture& capture,
+                          StageRecords& records,
+                          const CaptureOptions& options,
+                          const Progress& progress);
+
+// Reads the volume; reads or makes its transmittance to the sky.
+Tree TreeOf(const Capture& capture,
+            StageRecords& records,
+            const CaptureOptions& options,
+            bool force,
+            const Progress& progress);
+
+// A capture's volume.vdb was edited by somebody since relight made it.
+bool VolumeIsEdited(const Capture& capture, const StageRecords& records);
+
+}  // namespace relight
