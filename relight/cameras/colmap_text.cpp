@@ -95,6 +95,14 @@ Camera CameraFrom(const std::string& model,
   return camera;
 }
 
+// X Y POINT3D_ID of each, or nothing.
+bool IsLineOfPoints(const std::string& line) {
+  std::istringstream numbers(line);
+  int count = 0;
+  for (double value = 0; numbers >> value;) ++count;
+  return numbers.eof() && count % 3 == 0;
+}
+
 std::map<long, Camera> ReadCameras(const fs::path& file) {
   Lines lines(file);
   std::map<long, Camera> cameras;
@@ -165,7 +173,9 @@ std::vector<NamedCamera> ReadColmapText(const fs::path& folder) {
           " (extensions and folders do not count); rename one of the photos");
     }
     result.push_back(named);
-    lines.Next(line, /*blank_too=*/true);  // Its points
+    if (lines.Next(line, /*blank_too=*/true) && !IsLineOfPoints(line)) {
+      lines.Fail("expected the line of points, perhaps empty, of the image before");
+    }
   }
   if (result.empty()) {
     throw InputError((folder / "images.txt").string() +
