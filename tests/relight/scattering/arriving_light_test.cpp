@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/scattering/arriving_light.h"
+
+#include "relight/scattering/transmittance.h"
+#include "relight/sh/quadrature.h"
+#include "relight/volume/ray_traversal.h"
+#include "tests/support/synthetic_canopy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <iostream>
+#include <numbers>
+
+namespace relight {
+namespace {
+
+using std::numbers::pi;
+
+// [Cabral11, Eq. 8]'s second term at the centre of one voxel, direction by direction.
+Eigen::Array3d SkyByQuadrature(const ExtinctionGrid& grid,
+                               const Eigen::Vector3i& cell,
+                               const Daylight& daylight) {
+  const RowExtents rows = FindRowExtents(grid);
+  Eigen::Array3d light = Eigen::Array3d::Zero();
+  for (const auto& [direction, weight_sr] : SphereQuadrature()) {
+    const Eigen::Array3d radiance = daylight.SkyRadiance(direction);
+    if ((radiance == 0).all()) continue;
+    const auto pattern = RayPattern(grid.cells, grid.cell_m, direction);
+    float depth = 0.0f;
+    RowOpticalDepth(
+        grid, rows, pattern, cell.x(), cell.x() + 1, cell.y(), cell.z(), &depth);
+    light += weight_sr * radiance * std::exp(-static_cast<double>(depth));
+  }
+  return light;
+}
+
+// E_2(x) = exp(-x) - x E_1(x), the exponential integral of a half-space under a uniform
+// sky.
+double ExponentialIntegral2(double x) { return std::exp(-x) + x * std::expint(-x); }
+
+TEST(ArrivingLight, AnEmptyVolumeUnderAUniformSkyHasTwoPiL) {
+  ExtinctionGrid grid = tests::Slab({5, 5, 5}, 0.2, 0.0);
+  const Eigen::Array3d radiance(3000, 4000, 5000);
+  const Daylight daylight = UniformDaylight(radiance);
+  // By quadrature: exact but for the rounding of 4608 terms
+  const Eigen::Array3d light = SkyByQuadrature(grid, {2, 2, 2}, daylight);
+  EXPECT_LT((light / (2 * pi * radiance) - 1).abs().maxCoeff(), 1e-12);
+
+  // By harmonics: the lattice of 1024 directions errs by less than 1 / 1024
+  grid.sigma_per_m[grid.Index(2, 2, 2)] = 1e-30f;
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  const ArrivingLight by_sh =
+      LightArriving(grid, occupied, ProjectTransmittance(grid, occupied), daylight);
+  const Eigen::Array3d ratio = by_sh.sky[0].cast<double>() / (2 * pi * radiance);
+  std::cout << "6 bands over 2 pi L: " << ratio.transpose() << "\n";
+  EXPECT_LT((ratio - 1).abs().maxCoeff(), 1e-3);
+  EXPECT_TRUE((by_sh.sun[0] == 0).all());
+  EXPECT_TRUE((by_sh.indirect[0] == 0).all());
+}
+
+TEST(ArrivingLight, AHalfSpaceUnderAUniformSkyHasTheExponentialIntegral) {
+  // 10 optical depths to the nearest side: what comes in there is below exp(-10)
+  const ExtinctionGrid grid = tests::Slab({41, 41, 12}, 0.25, 2.0);
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  const Eigen::Array3d radiance(1000, 2000, 4000);
+  const Daylight daylight = UniformDaylight(radiance);
+  const ArrivingLight by_sh =
+      LightArriving(grid, occupied, ProjectTransmittance(grid, occupied), daylight);
+  for (int z = 11; z >= 4; --z) {
+    const double depth = 2.0 * 0.25 * (11.5 - z);
+    const double closed_form = 2 * pi * ExponentialIntegral2(depth);
+    const Eigen::Array3d light = SkyByQuadrature(grid, {20, 20, z}, daylight) / radiance;
+    const auto voxel = static_cast<std::size_t>(occupied.of_cell[grid.Index(20, 20, z)]);
+    const double six_bands = by_sh.sky[voxel][1] / radiance[1];
+    std::cout << "optical depth " << depth << ": 2 pi E_2 " << closed_form
+              << ", quadrature " << light[0] << ", 6 bands " << six_bands << "\n";
+    EXPECT_LT((light / closed_form - 1).abs().maxCoeff(), 0.01);  // The contract's
+  }
+}
+
+// exp(-sigma z / cos) of the sun in a slab, and no sun at night.
+TEST(ArrivingLight, TheSunIsAttenuatedAlongItsWay) {
+  const ExtinctionGrid grid = tests::Slab({31, 31, 8}, 0.25, 1.2);
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  const SkyTransmittance sky =
+      ProjectTransmittance(grid, occupied, {.bands = 1, .directions = 64});
+  Daylight daylight = UniformDaylight({0, 0, 0});
+  daylight.sun_direction = Eigen::Vector3d(0.3, -0.4, 1.0).normalized();
+  daylight.sun_irradiance = {100000, 90000, 80000};
+  const ArrivingLight light = LightArriving(grid, occupied, sky, daylight);
+  for (int z = 0; z < 8; ++z) {
+    const auto voxel = static_cast<std::size_t>(occupied.of_cell[grid.Index(15, 15, z)]);
+    const double way_m = 0.25 * (7.5 - z) / daylight.sun_direction.z();
+    const Eigen::Array3d closed_form = daylight.sun_irradiance * std::exp(-1.2 * way_m);
+    EXPECT_LT((light.sun[voxel].cast<double>() / closed_form - 1).abs().maxCoeff(),
+              1e-5);  // Floats, summed over the way
+    EXPECT_TRUE((light.sky[voxel] == 0).all());
+  }
+}
+
+// Twice the sun and sky give twice the light: in one unit, nothing is clipped.
+TEST(ArrivingLight, IsLinearInTheDaylight) {
+  const ExtinctionGrid grid = tests::RandomCanopy({7, 8, 9}, 0.2, 3.0, /*seed=*/8);
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  const SkyTransmittance sky = ProjectTransmittance(grid, occupied, {.directions = 256});
+  Daylight daylight = UniformDaylight({3000, 4000, 5000});
+  daylight.sun_direction = Eigen::Vector3d(0.5, 0.1, 0.6).normalized();
+  daylight.sun_irradiance = {100000, 90000, 80000};
+  Daylight twice = UniformDaylight({6000, 8000, 10000});
+  twice.sun_direction = daylight.sun_direction;
+  twice.sun_irradiance = 2 * daylight.sun_irradiance;
+  const ArrivingLight one = LightArriving(grid, occupied, sky, daylight);
+  const ArrivingLight two = LightArriving(grid, occupied, sky, twice);
+  for (std::size_t v = 0; v < one.sun.size(); ++v) {
+    EXPECT_TRUE((2 * one.sun[v] == two.sun[v]).all());  // Doubling a float is exact
+    EXPECT_TRUE((2 * one.sky[v] == two.sky[v]).all());
+    EXPECT_TRUE((one.sky[v] >= 0).all());
+  }
+}
+
+TEST(ArrivingLight, RefusesTheTransmittanceOfAnotherVolume) {
+  const ExtinctionGrid one = tests::Slab({3, 3, 3}, 0.2, 1.0);
+  const ExtinctionGrid two = tests::Slab({4, 3, 3}, 0.2, 1.0);
+  const SkyTransmittance sky =
+      ProjectTransmittance(one, FindOccupied(one), {.bands = 1, .directions = 64});
+  EXPECT_THROW(LightArriving(two, FindOccupied(two), sky, UniformDaylight({1, 1, 1})),
+               std::logic_error);
+}
+
+}  // namespace
+}  // namespace relight
