@@ -34,7 +34,7 @@ int RunVerb(const CamerasRequest& request, const ConsoleOptions& console) {
                   "metres with the tree's foot near the origin",
                   summary.views.size(),
                   capture.file.views.size()));
-  fmt::print("{}\n", (request.folder / "cameras").string());
+  if (!console.quiet) fmt::print("{}\n", (request.folder / "cameras").string());
   return 0;
 }
 

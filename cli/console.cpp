@@ -5,7 +5,7 @@
 
 #include <unistd.h>
 
-#include <atomic>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -23,8 +23,8 @@ extern "C" void OnStop(int signal) {
 }
 
 std::string Seconds(double s) {
-  if (s < 1) return "under 1 s";
-  return s < 90 ? fmt::format("{:.0f} s", s) : fmt::format("{:.0f} min", s / 60);
+  return s < 90 ? fmt::format("{:.0f} s", std::max(s, 1.0))
+                : fmt::format("{:.0f} min", s / 60);
 }
 
 // One line that is written over as work goes on.

@@ -22,12 +22,6 @@ nlohmann::json LightJson(const HourLight& light) {
 }
 
 int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console) {
-  if (!request.to && !request.to_light && !request.like) {
-    throw OptionError(
-        "give the hour that is wanted: --to 17:00, --to-light AZ,EL or --like PHOTO; see "
-        "relight "
-        "hour --help");
-  }
   const HourPlan plan = PlanHour(request);
   SayAll(console, plan.notes);
   const HourResult result = RunHour(plan, ShowStages(console, plan.stages));
@@ -40,6 +34,7 @@ int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console
                       ? std::string()
                       : fmt::format(", exposed by {:+.2f} EV", result.exposure_ev)));
   if (!json) {
+    if (console.quiet) return 0;
     for (const auto& file : result.files) fmt::print("{}\n", file.string());
     return 0;
   }

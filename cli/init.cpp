@@ -48,7 +48,7 @@ int RunVerb(const InitRequest& request, const ConsoleOptions& console) {
           ", or a trimap (0 no tree, 255 tree, "
           "128 unknown) into " +
           (request.folder / "trimaps").string() + ", named like the photo");
-  fmt::print("{}\n", toml);
+  if (!console.quiet) fmt::print("{}\n", toml);
   return 0;
 }
 

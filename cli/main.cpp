@@ -11,7 +11,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
 #include <vector>
@@ -48,17 +52,39 @@ int Main(std::vector<std::string> words) {
                                    AddMan(program),
                                    AddCompletion(program)};
 
+  if (words.empty()) {
+    fmt::print(stderr,
+               "relight: say what to relight and to which hour: relight DIR|PHOTO --to "
+               "17:00; see relight --help\n");
+    return kBadUsage;
+  }
+
   // A first word that is no verb is what `hour` works on
-  const bool has_verb = words.empty() || words[0].starts_with("-") ||
+  const bool has_verb = words[0].starts_with("-") ||
                         std::any_of(verbs.begin(), verbs.end(), [&](const Verb& verb) {
                           return verb.app->get_name() == words[0];
                         });
+  if (!has_verb && words[0].find_first_of("./") == std::string::npos &&
+      !std::filesystem::exists(words[0])) {
+    std::string names;
+    for (const Verb& verb : verbs) {
+      if (verb.app->get_group().empty()) continue;
+      names += (names.empty() ? "" : ", ") + verb.app->get_name();
+    }
+    fmt::print(stderr,
+               "relight: \"{}\" is neither a verb ({}) nor a photo or folder that is "
+               "there; see relight --help\n",
+               words[0],
+               names);
+    return kBadUsage;
+  }
   if (!has_verb) words.insert(words.begin(), "hour");
   std::reverse(words.begin(), words.end());  // As CLI11 takes them
   try {
     program.parse(words);
   } catch (const CLI::Success& wanted) {
-    return program.exit(wanted);  // Help, version
+    program.exit(wanted);  // Help, version
+    return 0;
   } catch (const CLI::ParseError& error) {
     fmt::print(stderr,
                "relight: {}; see relight{} --help\n",
@@ -80,7 +106,16 @@ int Main(std::vector<std::string> words) {
 int main(int argc, char** argv) {
   relight::cli::ListenForStop();
   try {
-    return Main(std::vector<std::string>(argv + 1, argv + argc));
+    const int code = Main(std::vector<std::string>(argv + 1, argv + argc));
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      fmt::print(
+          stderr,
+          "relight: standard output cannot be written: {}; free some space or send "
+          "it elsewhere\n",
+          std::strerror(errno));
+      return kBadInput;
+    }
+    return code;
   } catch (const relight::Cancelled&) {
     fmt::print(stderr, "relight: stopped; nothing half-written is left\n");
     return kStopped;

@@ -29,8 +29,7 @@ int OfCapture(const MatteRequest& request, const ConsoleOptions& console) {
         "and mattes/");
   }
   const Capture capture = OpenCapture(request.source);
-  const CaptureOptions options = OptionsFrom(
-      capture.file.options, request.options, (request.source / "capture.toml").string());
+  const CaptureOptions options = OptionsFrom(capture.file, request.options);
   StageRecords records(capture.folder);
   const Progress progress = ShowProgress(console, "mattes");
   const auto count = static_cast<double>(capture.file.views.size());
@@ -43,7 +42,7 @@ int OfCapture(const MatteRequest& request, const ConsoleOptions& console) {
                                 options.photo,
                                 request.force,
                                 progress.Part(done / count, (done + 1) / count));
-    if (made)
+    if (made && !console.quiet)
       fmt::print("{}\n", (capture.folder / "mattes" / (view.name + ".png")).string());
     without +=
         NeedOf(capture, view, records, options.photo, false) == MatteNeed::kMissing;
@@ -66,7 +65,7 @@ int OfPhoto(const MatteRequest& request, const ConsoleOptions& console) {
   if (!request.trimap) {
     throw OptionError("give --trimap FILE: 0 no tree, 255 tree, 128 unknown");
   }
-  const CaptureOptions options = OptionsFrom({}, request.options, "");
+  const CaptureOptions options = OptionsFrom({}, request.options);
   const Photo photo = ReadPhoto(request.source, options.photo);
   const Progress progress = ShowProgress(console, "matte");
   const cv::Mat1f alpha = MatteFromTrimap(photo, *request.trimap, progress.Part(0, 0.7));
@@ -82,10 +81,10 @@ int OfPhoto(const MatteRequest& request, const ConsoleOptions& console) {
   if (request.foreground) {
     WriteLinear(*request.foreground,
                 {{"", ForegroundOf(photo, alpha, progress.Part(0.7, 1))}});
-    fmt::print("{}\n", request.foreground->string());
+    if (!console.quiet) fmt::print("{}\n", request.foreground->string());
   }
   WriteMatte(output, alpha);
-  fmt::print("{}\n", output.string());
+  if (!console.quiet) fmt::print("{}\n", output.string());
   return 0;
 }
 

@@ -23,8 +23,7 @@ struct VolumeRequest {
 
 int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   const Capture capture = OpenCapture(request.folder);
-  const CaptureOptions options = OptionsFrom(
-      capture.file.options, request.options, (request.folder / "capture.toml").string());
+  const CaptureOptions options = OptionsFrom(capture.file, request.options);
   StageRecords records(capture.folder);
   const auto cameras = CamerasOf(capture);
   const Progress mattes = ShowProgress(console, "mattes");
@@ -52,7 +51,7 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
       Say(console,
           fmt::format("the mattes are met within {:.3f} rms", made->residual_rms));
     }
-    fmt::print("{}\n", file.string());
+    if (!console.quiet) fmt::print("{}\n", file.string());
     return 0;
   }
   nlohmann::json json = {{"file", file.string()},

@@ -2,10 +2,12 @@
 #include "relight/capture/capture.h"
 
 #include "relight/base/angles.h"
+#include "relight/base/content_hash.h"
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
 #include "relight/cameras/colmap_text.h"
 #include "relight/cameras/view_name.h"
+#include "relight/capture/capture_folder.h"
 #include "relight/photo/photo_facts.h"
 
 #include <algorithm>
@@ -82,30 +84,25 @@ void CopyPhoto(const fs::path& from, const fs::path& to) {
 
 }  // namespace
 
-CaptureOptions OptionsFrom(const std::map<std::string, std::string>& from_file,
-                           const std::map<std::string, std::string>& from_user,
-                           const std::string& source) {
+CaptureOptions OptionsFrom(const CaptureFile& file,
+                           const std::map<std::string, std::string>& from_user) {
   CaptureOptions options;
-  const auto apply = [&](const std::map<std::string, std::string>& texts,
-                         const std::string& where) {
-    for (const auto& [name, text] : texts) {
-      bool known = false;
-      try {
-        known = SetField(options, name, text);
-      } catch (const OptionError& error) {
-        throw OptionError(where + error.what());
-      }
-      if (known) continue;
-      std::string list;
-      Describe(options, [&](auto&, const FieldInfo& info) {
-        list += (list.empty() ? "" : ", ") + std::string(info.name);
-      });
-      throw OptionError(where + "unknown option \"" + name + "\"; known are " + list);
-    }
+  const auto set = [&](const std::string& name, const std::string& text) {
+    if (SetField(options, name, text)) return CheckFields(options);
+    std::string list;
+    Describe(options, [&](auto&, const FieldInfo& info) {
+      list += (list.empty() ? "" : ", ") + std::string(info.name);
+    });
+    throw OptionError("unknown option \"" + name + "\"; known are " + list);
   };
-  apply(from_file, source + ": ");
-  apply(from_user, "");
-  CheckFields(options);
+  for (const auto& [name, entry] : file.options) {
+    try {
+      set(name, entry.text);
+    } catch (const OptionError& error) {
+      throw InputError(entry.where + ": " + error.what());
+    }
+  }
+  for (const auto& [name, text] : from_user) set(name, text);
   return options;
 }
 
@@ -208,25 +205,34 @@ Capture InitCapture(const fs::path& folder, std::span<const fs::path> photos) {
     }
   }
 
-  fs::create_directories(folder / "photos");
+  // Only what is new is added
+  std::vector<ViewEntry> added;
   for (const auto& [name, photo] : photo_of_name) {
     const fs::path kept = fs::path("photos") / photo.filename();
-    std::error_code ignored;
-    if (!fs::equivalent(photo, folder / kept, ignored)) CopyPhoto(photo, folder / kept);
     const auto same = std::find_if(
         capture.file.views.begin(), capture.file.views.end(), [&](const ViewEntry& view) {
           return view.name == name;
         });
-    if (same == capture.file.views.end()) {
-      capture.file.views.push_back({name, kept, std::nullopt});
-    } else {
-      same->photo = kept;
+    const fs::path there =
+        folder / (same == capture.file.views.end() ? kept : same->photo);
+    if (fs::exists(there) && HashOfFile(there) != HashOfFile(photo)) {
+      throw InputError(photo.string() + ": another photo is the view \"" + name +
+                       "\" already, " + there.string() +
+                       "; rename the new one, or take the old one away first");
     }
+    if (same == capture.file.views.end()) added.push_back({name, kept, std::nullopt});
   }
-  std::sort(capture.file.views.begin(),
-            capture.file.views.end(),
-            [](const ViewEntry& a, const ViewEntry& b) { return a.name < b.name; });
-  WriteTextWhole(folder / "capture.toml", CaptureFileText(capture.file));
+  for (const auto& [name, photo] : photo_of_name) {
+    const fs::path kept = folder / "photos" / photo.filename();
+    if (fs::exists(kept)) continue;
+    MakeFolderOf(folder, "photos");
+    CopyPhoto(photo, kept);
+  }
+  capture.file.views.insert(capture.file.views.end(), added.begin(), added.end());
+  const fs::path toml = folder / "capture.toml";
+  WriteTextWhole(toml,
+                 fs::exists(toml) ? ReadText(toml) + ViewsText(added)
+                                  : CaptureFileText(capture.file));
   return capture;
 }
 
@@ -287,7 +293,7 @@ ImportSummary ImportColmap(const Capture& capture,
       }
     }
   }
-  WriteColmapText(capture.folder / "cameras", kept);
+  WriteColmapText(MakeFolderOf(capture.folder, "cameras"), kept);
   return summary;
 }
 

@@ -37,11 +37,10 @@ void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.photo, field);
 }
 
-// Options from texts by name; later maps win. Throws OptionError that names the key,
-// `source` and what it may be.
-CaptureOptions OptionsFrom(const std::map<std::string, std::string>& from_file,
-                           const std::map<std::string, std::string>& from_user,
-                           const std::string& source);
+// Options by name, those of the user over those of capture.toml. Throws OptionError that
+// names the option and what it may be; for one of capture.toml InputError with its line.
+CaptureOptions OptionsFrom(const CaptureFile& file,
+                           const std::map<std::string, std::string>& from_user);
 
 struct Capture {
   std::filesystem::path folder;
@@ -70,8 +69,9 @@ std::optional<std::filesystem::path> FileOfView(const Capture& capture,
 std::map<std::string, Camera> CamerasOf(const Capture& capture);
 
 // Makes or completes the capture in `folder` from photos (files, or folders of them):
-// copies photos that lie elsewhere into photos/, writes capture.toml. Views already there
-// are kept. Throws InputError: no photo, two photos of one name, a result of relight.
+// copies photos that lie elsewhere into photos/, writes capture.toml. What is there
+// already is kept as it is. Throws InputError: no photo, two photos of one name (given,
+// or already in photos/), a result of relight.
 Capture InitCapture(const std::filesystem::path& folder,
                     std::span<const std::filesystem::path> photos);
 

@@ -4,11 +4,13 @@
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
 #include "relight/cameras/view_name.h"
+#include "relight/photo/capture_time.h"
 
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <sstream>
 
@@ -55,14 +57,29 @@ class Reader {
       });
       return out.str();
     }
-    Fail(*node, std::string(key) + " must be a text in quotes");
+    Fail(*node,
+         std::string(key) + " must be a text in quotes, like " + std::string(key) +
+             " = \"" + Example(key) + "\"");
   }
 
   std::optional<double> Number(const toml::table& table, std::string_view key) const {
     const toml::node* node = table.get(key);
     if (node == nullptr) return std::nullopt;
-    if (!node->is_number()) Fail(*node, std::string(key) + " must be a number");
+    if (!node->is_number()) {
+      Fail(*node, std::string(key) + " must be a number without quotes, in degrees");
+    }
     return *node->value<double>();
+  }
+
+  // Reads the value of `key` with the parser of the command line, whose words are given
+  // with the line.
+  template <class Parse>
+  void Check(const toml::table& table, std::string_view key, Parse&& parse) const {
+    try {
+      parse();
+    } catch (const Error& error) {
+      Fail(*table.get(key), error.what());
+    }
   }
 
   std::optional<std::string> PlaceText(const toml::table& table) const {
@@ -75,7 +92,9 @@ class Reader {
           return n.is_number();
         })) {
       Fail(*node,
-           "place must be [latitude, longitude] or [latitude, longitude, altitude_m]");
+           "place must be [latitude, longitude] or [latitude, longitude, altitude_m], "
+           "like "
+           "place = [48.85, 2.35]");
     }
     std::ostringstream text;
     text.precision(12);
@@ -93,10 +112,23 @@ class Reader {
     ViewEntry view{
         Text(table, "name").value_or(ViewNameOf(*photo)), *photo, Text(table, "taken")};
     RequireInsideCapture(view.name, Where(table));
+    if (view.taken) Check(table, "taken", [&] { ParseWhen(*view.taken, {}); });
     if (fs::path(view.name).has_parent_path()) {
       Fail(table, "the view's name \"" + view.name + "\" must not hold a folder");
     }
     return view;
+  }
+
+  OptionEntry Option(const toml::node& node) const {
+    return {OptionText(node), Where(node)};
+  }
+
+ private:
+  static std::string Example(std::string_view key) {
+    return key == "zone"    ? "Europe/Paris"
+           : key == "taken" ? "2011-07-22T13:00"
+           : key == "photo" ? "photos/NAME.jpg"
+                            : "NAME";
   }
 
   std::string OptionText(const toml::node& node) const {
@@ -113,7 +145,6 @@ class Reader {
     Fail(node, "an option must be a number, true, false or a text in quotes");
   }
 
- private:
   fs::path file_;
 };
 
@@ -141,10 +172,19 @@ CaptureFile ReadCaptureFile(const fs::path& file) {
   capture.zone = reader.Text(table, "zone");
   capture.taken = reader.Text(table, "taken");
   capture.heading_deg = reader.Number(table, "heading");
+  if (capture.place) {
+    reader.Check(table, "place", [&] { ParsePlace(*capture.place); });
+  }
+  if (capture.zone) reader.Check(table, "zone", [&] { ParseZone(*capture.zone); });
+  if (capture.taken) reader.Check(table, "taken", [&] { ParseWhen(*capture.taken, {}); });
+  if (capture.heading_deg && !(std::abs(*capture.heading_deg) <= 360)) {
+    reader.Fail(*table.get("heading"),
+                "heading must be in degrees clockwise from true north, 0 to 360");
+  }
   if (const toml::node* node = table.get("view")) {
     const toml::array* views = node->as_array();
     if (views == nullptr || !views->is_array_of_tables()) {
-      reader.Fail(*node, "views are written as [[view]]");
+      reader.Fail(*node, "views are written as [[view]], each with a photo = \"…\"");
     }
     for (const toml::node& view : *views) {
       capture.views.push_back(reader.View(*view.as_table()));
@@ -161,9 +201,10 @@ CaptureFile ReadCaptureFile(const fs::path& file) {
   }
   if (const toml::node* node = table.get("options")) {
     const toml::table* options = node->as_table();
-    if (options == nullptr) reader.Fail(*node, "options are written below [options]");
+    if (options == nullptr)
+      reader.Fail(*node, "options are written below a line [options]");
     for (const auto& [key, value] : *options) {
-      capture.options[std::string(key.str())] = reader.OptionText(value);
+      capture.options[std::string(key.str())] = reader.Option(value);
     }
   }
   return capture;
@@ -185,16 +226,23 @@ std::string CaptureFileText(const CaptureFile& capture) {
        "\"40.35,-74.65,20\"   # latitude, longitude, altitude in m");
   line("zone", capture.zone, "\"Europe/Paris\"   # for photos that name no zone");
   line("taken", capture.taken, "\"2011-07-22T13:00\"   # for photos without a time");
-  for (const ViewEntry& view : capture.views) {
+  if (capture.heading_deg) text << "heading = " << *capture.heading_deg << "\n";
+  text << ViewsText(capture.views);
+  if (!capture.options.empty()) {
+    text << "\n[options]\n";
+    for (const auto& [key, value] : capture.options)
+      text << key << " = " << Quoted(value.text) << "\n";
+  }
+  return text.str();
+}
+
+std::string ViewsText(std::span<const ViewEntry> views) {
+  std::ostringstream text;
+  for (const ViewEntry& view : views) {
     text << "\n[[view]]\n";
     text << "name = " << Quoted(view.name) << "\nphoto = " << Quoted(view.photo.string())
          << "\n";
     if (view.taken) text << "taken = " << Quoted(*view.taken) << "\n";
-  }
-  if (!capture.options.empty()) {
-    text << "\n[options]\n";
-    for (const auto& [key, value] : capture.options)
-      text << key << " = " << Quoted(value) << "\n";
   }
   return text.str();
 }

@@ -20,6 +20,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,20 +32,28 @@ struct ViewEntry {
   std::optional<std::string> taken;
 };
 
+struct OptionEntry {
+  std::string text;
+  std::string where;  // "maple/capture.toml:12", for messages.
+};
+
 struct CaptureFile {
   std::optional<std::string> place;  // As ParsePlace reads it.
   std::optional<std::string> zone, taken;
   std::optional<double> heading_deg;
   std::vector<ViewEntry> views;
-  std::map<std::string, std::string> options;
+  std::map<std::string, OptionEntry> options;
 };
 
 // Throws InputError "FILE:LINE: what; remedy" for what is no TOML, an unknown key, a
-// value of the wrong kind, a name or path that leads out of the folder, two views of one
-// name.
+// value that cannot be read, a name or path that leads out of the folder, two views of
+// one name. What [options] may hold is known to OptionsFrom (relight/capture/capture.h).
 CaptureFile ReadCaptureFile(const std::filesystem::path& file);
 
 // The text that `relight init` writes, with a comment where something is missing.
 std::string CaptureFileText(const CaptureFile& capture);
+
+// [[view]] entries of `views`, as init appends them to a file that is there.
+std::string ViewsText(std::span<const ViewEntry> views);
 
 }  // namespace relight

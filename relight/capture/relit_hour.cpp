@@ -4,8 +4,10 @@
 #include "relight/base/angles.h"
 #include "relight/base/content_hash.h"
 #include "relight/base/error.h"
+#include "relight/base/field_text.h"
 #include "relight/base/version.h"
 #include "relight/cameras/level_camera.h"
+#include "relight/capture/capture_folder.h"
 #include "relight/capture/tree_volume.h"
 #include "relight/capture/view_matte.h"
 #include "relight/photo/color.h"
@@ -19,9 +21,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 
 namespace relight {
@@ -62,22 +68,36 @@ void ThrowIfMissing(const Missing& missing, const HourRequest& r) {
     text += "\n  " + missing.what[i] + "; give " + missing.examples[i];
   }
   text += "\nwith your own values: relight hour " + ShellWord(r.source.string());
-  const auto add = [&](const char* name, const std::optional<std::string>& value) {
-    if (value) text += std::string(" ") + name + " " + ShellWord(*value);
+  const auto add = [&](const char* name, const auto& value) {
+    if (value)
+      text += std::string(" ") + name + " " + ShellWord(fs::path(*value).string());
   };
   add("--view", r.view);
+  add("--photo", r.photo);
   add("--to", r.to);
-  if (r.like) add("--like", r.like->string());
+  add("--like", r.like);
   add("--to-light", r.to_light);
   add("--place", r.place);
   add("--zone", r.zone);
   add("--taken", r.taken);
   add("--heading", r.heading);
   add("--lit-from", r.lit_from);
-  if (r.matte) add("--matte", r.matte->string());
+  add("--matte", r.matte);
   for (const std::string& example : missing.examples) {
     if (example.starts_with("--")) text += " " + example;
   }
+  if (r.distance_m) text += " --distance " + FieldText(*r.distance_m);
+  if (r.exposure != "same") text += " --exposure " + ShellWord(r.exposure);
+  if (r.whole) text += " --whole";
+  if (r.force) text += " --force";
+  if (r.quality != HourRequest().quality) text += " --quality " + FieldText(r.quality);
+  for (const auto& [name, value] : r.options) {
+    text += " --" + name + (value == "true" ? "" : " " + ShellWord(value));
+  }
+  add("--irradiance", r.irradiance);
+  if (r.components) text += " --components";
+  add("--ratio", r.ratio);
+  add("-o", r.output);
   throw InputError(text);
 }
 
@@ -164,6 +184,23 @@ void RequireNoInput(const fs::path& output, const std::vector<fs::path>& inputs)
   }
 }
 
+// Said before the work, not after it.
+void RequireFolderFor(const fs::path& output) {
+  const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) {
+    throw InputError(output.string() + ": the folder " + folder.string() +
+                     " does not exist; make it first, or choose another with -o");
+  }
+  if (fs::is_directory(output, ignored)) {
+    throw InputError(output.string() + ": is a folder; give the name of a file with -o");
+  }
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(output.string() + ": cannot be written: " + std::strerror(errno) +
+                     "; choose a folder you may write to with -o");
+  }
+}
+
 void CheckOutputs(const HourPlan& plan) {
   std::vector<fs::path> inputs = {plan.photo};
   const HourRequest& r = plan.request;
@@ -191,6 +228,7 @@ void CheckOutputs(const HourPlan& plan) {
   }
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     RequireNoInput(outputs[i], inputs);
+    if (i > 0 || r.output) RequireFolderFor(outputs[i]);
     if (std::find(outputs.begin(),
                   outputs.begin() + static_cast<std::ptrdiff_t>(i),
                   outputs[i]) != outputs.begin() + static_cast<std::ptrdiff_t>(i)) {
@@ -229,6 +267,24 @@ constexpr double kVolumeSecondsPerMegaray = 1.5;  // Of all views, 8 iterations.
 constexpr double kLightSeconds = 4.0;
 constexpr double kRelightSecondsPerMegapixel = 0.6;
 
+[[noreturn]] void ThrowPhotoIsGone(const Capture& capture, const ViewEntry& view) {
+  throw InputError(capture.PhotoOf(view).string() + ": the photo of view " + view.name +
+                   " is not there; put it back, or take the view out of " +
+                   (capture.folder / "capture.toml").string() + " and the cameras");
+}
+
+// Said before the work, not after it.
+void RequireSizeOf(const PhotoFacts& photo, const fs::path& file, const char* what) {
+  const PhotoFacts facts = ReadPhotoFacts(file);
+  if (facts.width == photo.width && facts.height == photo.height) return;
+  const auto size = [](const PhotoFacts& f) {
+    return std::to_string(f.width) + " x " + std::to_string(f.height);
+  };
+  throw InputError(file.string() + ": the " + what + " is " + size(facts) +
+                   " pixels, the photo " + photo.file + " " + size(photo) +
+                   "; make the " + what + " at the photo's size");
+}
+
 void PlanStages(HourPlan& plan, const PhotoFacts& facts, Missing& missing) {
   const double relight_s = 0.3 + kRelightSecondsPerMegapixel * Megapixels(facts);
   const PlannedStage relight_stage{
@@ -250,9 +306,13 @@ void PlanStages(HourPlan& plan, const PhotoFacts& facts, Missing& missing) {
   for (const auto& [name, camera] : CamerasOf(capture)) {
     ++posed;
     const ViewEntry& view = FindView(capture, name);
+    if (!fs::exists(capture.PhotoOf(view))) ThrowPhotoIsGone(capture, view);
     const MatteNeed need = NeedOf(capture, view, records, plan.options.photo, force);
     if (need == MatteNeed::kMissing) without.push_back(name);
     if (need != MatteNeed::kMatte) continue;
+    RequireSizeOf(ReadPhotoFacts(capture.PhotoOf(view)),
+                  *FileOfView(capture, "trimaps", name),
+                  "trimap");
     ++to_make;
     matte_mpx += 1e-6 * camera.width_px * camera.height_px;
   }
@@ -306,12 +366,23 @@ void RequireExposure(const std::string& exposure) {
   }
 }
 
+void RequireOneLight(const HourRequest& r) {
+  const int given = (r.to ? 1 : 0) + (r.to_light ? 1 : 0) + (r.like ? 1 : 0);
+  if (given == 1) return;
+  throw OptionError(
+      given == 0 ? "give the hour that is wanted: --to 17:00, --to-light AZ,EL or --like "
+                   "PHOTO"
+                 : "--to, --to-light and --like each say the light that is wanted; give "
+                   "one of them");
+}
+
 }  // namespace
 
 HourPlan PlanHour(const HourRequest& request) {
   HourPlan plan;
   plan.request = request;
   RequireExposure(request.exposure);
+  RequireOneLight(request);
   Missing missing;
 
   // The photo, alone or of a capture
@@ -336,11 +407,7 @@ HourPlan PlanHour(const HourRequest& request) {
     entry = &FindView(*plan.capture, request.view.value_or(of_capture.views[0].name));
     plan.view = entry->name;
     plan.photo = plan.capture->PhotoOf(*entry);
-    if (!fs::exists(plan.photo)) {
-      throw InputError(
-          plan.photo.string() + ": the photo of view " + plan.view +
-          " is not there; put it back, or take the view out of capture.toml");
-    }
+    if (!fs::exists(plan.photo)) ThrowPhotoIsGone(*plan.capture, *entry);
   } else {
     if (request.view)
       throw OptionError("--view belongs to a capture folder, not to one photo");
@@ -349,16 +416,19 @@ HourPlan PlanHour(const HourRequest& request) {
     plan.photo = request.source;
     plan.view = plan.photo.stem().string();
   }
-  plan.options =
-      OptionsFrom(of_capture.options,
-                  request.options,
-                  plan.capture ? (plan.capture->folder / "capture.toml").string() : "");
+  plan.options = OptionsFrom(of_capture, request.options);
   static_cast<void>(
       DaylightOf(plan.options.light));  // Says now what does not go together
   PhotoFacts facts = ReadPhotoFacts(plan.photo);
   RequireOriginal(facts);
   if (request.photo) RequireOriginal(ReadPhotoFacts(*request.photo));
   plan.notes.insert(plan.notes.end(), facts.notes.begin(), facts.notes.end());
+
+  // Where, as far as the user or the photo says it
+  if (request.place || of_capture.place) {
+    facts.place = ParsePlace(request.place ? *request.place : *of_capture.place);
+  }
+  plan.place = facts.place;
 
   // When: the user's word, the view's in capture.toml, EXIF, the capture's
   std::optional<CaptureTime> when;
@@ -374,27 +444,18 @@ HourPlan PlanHour(const HourRequest& request) {
       plan.notes.insert(plan.notes.end(), when->notes.begin(), when->notes.end());
       plan.input.time = when->time;
     } catch (const InputError&) {
-      if (!facts.local_time && !taken) {
-        missing.Add("no capture time in EXIF", "--taken 2011-07-22T13:00");
+      const bool timeless = !facts.local_time && !taken;
+      if (timeless) missing.Add("no capture time in EXIF", "--taken 2011-07-22T13:00");
+      if (!zone_text) {
+        if (!timeless) ResolveCaptureTime(facts, "UTC", taken);  // What no zone mends
+        missing.Add(timeless ? "no time zone" : "the time has no zone",
+                    "--zone Europe/Paris");
       }
-      if (!zone_text) missing.Add("no time zone", "--zone Europe/Paris");
       if (missing.what.empty()) throw;
     }
   }
 
-  // Where
-  if (request.place) {
-    plan.place = ParsePlace(*request.place);
-  } else if (of_capture.place) {
-    plan.place = ParsePlace(*of_capture.place);
-  } else if (facts.place) {
-    plan.place = facts.place;
-  } else if (when && when->approximate_place) {
-    plan.place = when->approximate_place;
-    plan.notes.push_back(
-        "no place given: that of the zone " + *zone_text +
-        " is taken, which may be hundreds of km off; --place LAT,LON is better");
-  }
+  if (!plan.place && when) plan.place = when->approximate_place;  // Its notes say so
   const bool needs_place = needs_input_time || needs_target_date;
   if (needs_place && !plan.place) missing.Add("no place in EXIF", "--place 48.85,2.35");
 
@@ -445,8 +506,19 @@ HourPlan PlanHour(const HourRequest& request) {
   }
   if (!plan.capture && !plan.request.matte) {
     const Photo photo = ReadPhoto(plan.photo, plan.options.photo);
-    if (photo.alpha.empty())
-      missing.Add("no matte (which pixels are tree)", "--matte FILE.png");
+    if (photo.alpha.empty()) {
+      const fs::path drawn =
+          plan.photo.parent_path() / (plan.photo.stem().string() + "_matte.png");
+      missing.Add("no matte (a picture of the photo's size, white where the tree is)",
+                  "--matte " + ShellWord(drawn.string()));
+    }
+  }
+  const PhotoFacts of_relit = request.photo ? ReadPhotoFacts(*request.photo) : facts;
+  if (plan.request.matte) {
+    RequireSizeOf(of_relit, *plan.request.matte, "matte");
+  } else if (plan.capture) {
+    const auto matte = FileOfView(*plan.capture, "mattes", plan.view);
+    if (matte && !request.photo) RequireSizeOf(of_relit, *matte, "matte");
   }
   PlanStages(plan, facts, missing);
   ThrowIfMissing(missing, request);
@@ -460,6 +532,12 @@ HourPlan PlanHour(const HourRequest& request) {
     plan.target.sun = ParseLight(*request.to_light, "--to-light", plan.heading_deg);
   } else if (request.like) {
     const PhotoFacts like = ReadPhotoFacts(*request.like);
+    if (!like.local_time && !like.gps_time) {
+      throw InputError(
+          request.like->string() +
+          ": no capture time in EXIF, so the light of its hour is not known; "
+          "give the hour with --to WHEN in place of --like");
+    }
     const CaptureTime like_time = ResolveCaptureTime(like, zone_text);
     plan.target.time = like_time.time;
     if (like.place) {
@@ -486,19 +564,21 @@ HourPlan PlanHour(const HourRequest& request) {
       plan.notes.push_back(request.like->string() +
                            " has no heading; taken to look the same way as the photo");
     }
-  } else if (request.to) {
-    plan.target.time = ParseWhen(*request.to, plan.input.time.value(), when->zone);
+  } else {
+    try {
+      plan.target.time = ParseWhen(*request.to, plan.input.time.value(), when->zone);
+    } catch (const OptionError& error) {
+      throw OptionError(std::string("--to: ") + error.what());
+    }
     if (!plan.target.time->note.empty()) plan.notes.push_back(plan.target.time->note);
     plan.target.sun = SolarPositionAt(plan.target.time->utc, *plan.place);
-  } else {
-    throw OptionError(
-        "give the hour that is wanted: --to 17:00, --to-light AZ,EL or --like PHOTO");
   }
-  RequireSunUp(plan.input,
-               "photo's",
-               target_place,
-               "relight needs a photo taken in daylight; "
-               "check --taken, --zone and --place");
+  RequireSunUp(
+      plan.input,
+      "photo's",
+      plan.place.value_or(Place{}),
+      "relight needs a photo taken in daylight; if it was, give its own --taken, "
+      "--zone and --place");
   RequireSunUp(
       plan.target, "wanted", target_place, "choose an hour of daylight with --to");
   for (HourLight* light : {&plan.input, &plan.target}) {
@@ -727,6 +807,7 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   const CaptureOptions& options = plan.options;
   Subject subject;
   Tree tree;
+  Progress relighting;
   const fs::path photo_file = plan.request.photo.value_or(plan.photo);
 
   // Stages that are not up to date
@@ -758,7 +839,8 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
     }
     tree = TreeOf(capture, records, options, plan.request.force, begin("light"));
 
-    const Progress reading = begin("relight");
+    relighting = begin("relight");
+    const Progress reading = relighting;
     const ViewEntry& view = FindView(capture, plan.view);
     subject.photo = ReadPhoto(photo_file, options.photo);
     const bool own_alpha = !subject.photo.alpha.empty();
@@ -795,13 +877,12 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
     tree.occupied = FindOccupied(tree.grid);
     tree.sky_transmittance = ProjectTransmittance(
         tree.grid, tree.occupied, options.sky_transmittance, begin("light"));
-    begin("relight");
+    relighting = begin("relight");
   }
   result.notes.insert(
       result.notes.end(), subject.photo.notes.begin(), subject.photo.notes.end());
 
   // Light of both hours, and the ratio
-  const Progress relighting = begin("relight");
   const DaylightOptions daylight = DaylightOf(options.light);
   const auto arriving = [&](const HourLight& light) {
     return LightArriving(tree.grid,
@@ -816,7 +897,7 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
                   arriving(plan.target),
                   subject.camera,
                   subject.cut.alpha,
-                  {.smooth = options.light.method == Method::kDefault},
+                  {.smooth = options.light.method == Method::kDefault, .ratio = {}},
                   relighting.Part(0.3, 0.6));
   cv::Mat3f relit =
       ApplyRatio(light, subject.cut.foreground, 1.0, relighting.Part(0.6, 0.7));
@@ -870,7 +951,7 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   if (result.exposure_ev != 0) output.pixels *= std::exp2(result.exposure_ev);
   relighting.Report(0.8);
   if (!plan.request.output && fs::is_directory(plan.request.source)) {
-    fs::create_directories(plan.output.parent_path());
+    MakeFolderOf(plan.request.source, "out");
   }
   WriteLight(plan, light, subject.photo.pixels.size(), result);
   const WriteSummary written = WritePhoto(plan.output,

@@ -4,6 +4,7 @@
 #include "relight/base/content_hash.h"
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
+#include "relight/capture/capture_folder.h"
 
 #include <nlohmann/json.hpp>
 
@@ -65,8 +66,7 @@ void StageRecords::Remember(const std::string& stage,
   for (const auto& [name, entry] : records_) {
     json[name] = {{"key", entry.key}, {"files", entry.hash_of_file}};
   }
-  fs::create_directories(folder_ / "cache");
-  WriteTextWhole(folder_ / "cache" / "stages.json", json.dump(1) + "\n");
+  WriteTextWhole(MakeFolderOf(folder_, "cache") / "stages.json", json.dump(1) + "\n");
 }
 
 StageKey& StageKey::Add(const std::string& part) {

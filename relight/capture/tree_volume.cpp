@@ -3,6 +3,7 @@
 
 #include "relight/base/error.h"
 #include "relight/base/version.h"
+#include "relight/capture/capture_folder.h"
 #include "relight/capture/view_matte.h"
 #include "relight/volume/vdb_file.h"
 #include "relight/volume/visual_hull.h"
@@ -131,7 +132,7 @@ Tree TreeOf(const Capture& capture,
   }
   tree.sky_transmittance =
       ProjectTransmittance(tree.grid, tree.occupied, options.sky_transmittance, progress);
-  fs::create_directories(capture.folder / kLightFile.parent_path());
+  MakeFolderOf(capture.folder, kLightFile.parent_path());
   WriteChannels(
       capture.folder / kLightFile, tree.grid, "sh", tree.sky_transmittance.coefficients);
   records.Remember(kLightStage, LightKey(capture, options), {kLightFile});

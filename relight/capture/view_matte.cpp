@@ -5,6 +5,7 @@
 #include "matting/foreground_colors.h"
 #include "matting/trimap.h"
 #include "relight/base/error.h"
+#include "relight/capture/capture_folder.h"
 #include "relight/photo/color.h"
 #include "relight/photo/image_file.h"
 #include "relight/photo/read_photo.h"
@@ -124,8 +125,8 @@ bool MakeMatte(const Capture& capture,
   const Photo photo = ReadPhoto(capture.PhotoOf(view), options);
   const cv::Mat1f alpha = MatteFromTrimap(photo, *trimap, progress.Part(0, 0.7));
   const cv::Mat3f foreground = ForegroundOf(photo, alpha, progress.Part(0.7, 1));
-  fs::create_directories(capture.folder / "mattes");
-  fs::create_directories(capture.folder / ForegroundFile(view).parent_path());
+  MakeFolderOf(capture.folder, "mattes");
+  MakeFolderOf(capture.folder, ForegroundFile(view).parent_path());
   WriteMatte(capture.folder / MatteFile(view), alpha);
   WriteLinear(capture.folder / ForegroundFile(view), {{"", foreground}});
   records.Remember(
@@ -170,7 +171,7 @@ CutOut CutOutOf(const Capture& capture,
     return cut;
   }
   cut.foreground = ForegroundOf(photo, cut.alpha, progress);
-  fs::create_directories(cached.parent_path());
+  MakeFolderOf(capture.folder, ForegroundFile(view).parent_path());
   WriteLinear(cached, {{"", cut.foreground}});
   records.Remember(stage, key, {ForegroundFile(view)});
   return cut;

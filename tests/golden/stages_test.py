@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A stage runs when something it depends on has changed, known by content and not by time; and
+what a person changed by hand is used as it is."""
+import os
+import unittest
+
+from relight_runner import (VIEWS, Png, RelightCase, made_capture, small_capture, write_png)
+
+
+class Stages(RelightCase):
+    def setUp(self):
+        super().setUp()
+        self.capture = made_capture(self.folder / "maple")
+
+    def stages(self, *words):
+        return self.done(self.capture, "--to", "17:00", "--json", *words).json["stages"]
+
+    def made(self):
+        """What each file of the stages holds."""
+        names = [f"mattes/{view}.png" for view in VIEWS] + ["volume.vdb", "cache/light.vdb"]
+        return {name: (self.capture / name).read_bytes() for name in names}
+
+    def test_all_of_them_at_first(self):
+        capture = small_capture(self.folder / "new")
+        stages = self.done(capture, "--to", "17:00", "--json").json["stages"]
+        self.assertEqual(stages, ["mattes", "volume", "light", "relight"])
+
+    def test_none_again(self):
+        before = {n: (self.capture / n).stat().st_mtime_ns for n in self.made()}
+        self.assertEqual(self.stages(), ["relight"])
+        self.assertEqual({n: (self.capture / n).stat().st_mtime_ns for n in self.made()}, before)
+
+    def test_a_touched_file_is_the_same_file(self):
+        for name in ("photos/view_00.jpg", "trimaps/view_04.png", "cameras/images.txt",
+                     "volume.vdb", "mattes/view_08.png", "capture.toml"):
+            os.utime(self.capture / name, (2_000_000_000, 2_000_000_000))
+        self.assertEqual(self.stages(), ["relight"])
+
+    def test_another_hour_or_view_needs_nothing_but_itself(self):
+        self.assertEqual(self.stages("--view", "view_04", "--to-light", "20,30")[:0], [])
+        answer = self.done(self.capture, "--to", "10:00", "--view", "view_04", "--json").json
+        self.assertEqual(answer["stages"], ["relight"])
+
+    def test_one_trimap(self):
+        trimap = self.capture / "trimaps" / "view_04.png"
+        old = Png(trimap)
+        self.assertEqual((old.bits, old.channels), (8, 1))
+        # A corner that was background becomes unknown
+        write_png(trimap, old.width, old.height, 1,
+                  lambda x, y: (128,) if x < 40 and y < 40 else old.at(x, y))
+        before = self.made()
+        self.assertEqual(self.stages(), ["mattes", "volume", "light", "relight"])
+        after = self.made()
+        for view in ("view_00", "view_08"):
+            self.assertEqual(after[f"mattes/{view}.png"], before[f"mattes/{view}.png"])
+        self.assertEqual(self.stages(), ["relight"])
+
+    def test_only_the_changed_views_matte_is_made(self):
+        trimap = self.capture / "trimaps" / "view_04.png"
+        old = Png(trimap)
+        write_png(trimap, old.width, old.height, 1,
+                  lambda x, y: (0,) if y < old.height // 2 else old.at(x, y))
+        outcome = self.done("matte", self.capture)
+        self.assertEqual(outcome.out.split(), [str(self.capture / "mattes" / "view_04.png")])
+
+    def test_a_camera(self):
+        images = self.capture / "cameras" / "images.txt"
+        lines = images.read_text().splitlines(keepends=True)
+        at = next(i for i, line in enumerate(lines) if "view_08" in line)
+        words = lines[at].split(" ")
+        words[7] = str(float(words[7]) + 0.01)
+        lines[at] = " ".join(words)
+        images.write_text("".join(lines))
+        self.assertEqual(self.stages(), ["volume", "light", "relight"])
+
+    def test_options_of_the_volume_and_of_its_light(self):
+        self.assertEqual(self.stages("--cells", "28"), ["volume", "light", "relight"])
+        self.assertEqual(self.stages("--cells", "28"), ["relight"])
+        self.assertEqual(self.stages("--cells", "28", "--bands", "3"), ["light", "relight"])
+        self.assertEqual(self.stages("--cells", "28", "--bands", "3", "--turbidity", "4"),
+                         ["relight"])
+
+    def test_options_in_capture_toml_count_and_the_command_line_wins(self):
+        toml = self.capture / "capture.toml"
+        toml.write_text(toml.read_text().replace("cells = 32", "cells = 28"))
+        self.assertEqual(self.stages("--cells", "32"), ["relight"])
+        self.assertEqual(self.stages(), ["volume", "light", "relight"])
+
+    def test_a_lost_file_is_made_again_as_it_was(self):
+        before = self.made()
+        for name, stages in (("mattes/view_04.png", ["mattes", "volume", "light", "relight"]),
+                             ("volume.vdb", ["volume", "light", "relight"]),
+                             ("cache/light.vdb", ["light", "relight"])):
+            with self.subTest(name):
+                (self.capture / name).unlink()
+                # A stage before may give the very bytes that were there, then later ones run
+                # no more than they have to
+                ran = self.stages()
+                self.assertEqual(ran[0], stages[0])
+                self.assertEqual(ran[-1], "relight")
+                self.assertEqual(self.made()[name], before[name])
+
+    def test_lost_or_damaged_records_only_cost_time(self):
+        records = self.capture / "cache" / "stages.json"
+        for text in ("", "{", "[]", '{"volume": 3}', '{"volume": {"key": 1, "files": []}}'):
+            with self.subTest(text):
+                records.write_text(text)
+                self.assertIn("volume", self.stages())
+        self.assertEqual(self.stages(), ["relight"])
+
+    def test_force_redoes_all(self):
+        before = self.made()
+        self.assertEqual(self.stages("--force"), ["mattes", "volume", "light", "relight"])
+        self.assertEqual(self.made(), before)  # Same input, same bytes
+
+    def test_an_edited_matte_is_used_as_it_is(self):
+        matte = self.capture / "mattes" / "view_00.png"
+        write_png(matte, 480, 600, 1, lambda x, y: (65535 if 200 <= x < 280 else 0,), bits=16)
+        edited = matte.read_bytes()
+        output = self.folder / "x.png"
+        self.assertEqual(self.stages("-o", output), ["volume", "light", "relight"])
+        self.assertEqual(self.stages("--force", "-o", output)[0], "mattes")  # Of other views
+        self.assertEqual(matte.read_bytes(), edited)
+        result = Png(output)
+        self.assertEqual([result.at(x, 300)[3] for x in (199, 200, 279, 280)],
+                         [0, 65535, 65535, 0])
+
+    def test_an_edited_volume_is_used_as_it_is_and_said_so(self):
+        volume = self.capture / "volume.vdb"
+        other = made_capture(self.folder / "other")
+        self.done("volume", other, "--cells", "24")
+        volume.write_bytes((other / "volume.vdb").read_bytes())
+        outcome = self.done(self.capture, "--to", "17:00")
+        self.assertIn("volume.vdb was edited", outcome.err)
+        self.assertIn("--force", outcome.err)
+        self.assertEqual(volume.read_bytes(), (other / "volume.vdb").read_bytes())
+        self.done(self.capture, "--to", "17:00", "--force")
+        self.assertNotEqual(volume.read_bytes(), (other / "volume.vdb").read_bytes())
+
+
+class SingleVerbs(RelightCase):
+    def test_each_stage_by_its_own_verb(self):
+        capture = small_capture(self.folder / "maple")
+        mattes = self.done("matte", capture).out.split()
+        self.assertEqual(mattes, [str(capture / "mattes" / f"{view}.png") for view in VIEWS])
+        answer = self.done("volume", capture, "--json").json
+        self.assertTrue(answer["made"])
+        self.assertGreater(answer["occupied_voxels"], 100)
+        self.assertFalse(self.done("volume", capture, "--json").json["made"])
+        hour = self.done(capture, "--to", "17:00", "--json").json
+        self.assertEqual(hour["stages"], ["light", "relight"])
+
+    def test_init_from_photos_and_again(self):
+        capture = small_capture(self.folder / "maple")
+        new = self.folder / "new"
+        photos = [capture / "photos" / f"{view}.jpg" for view in VIEWS]
+        self.done("init", new, *photos[:2])
+        text = (new / "capture.toml").read_text()
+        self.assertEqual((new / "photos" / "view_00.jpg").read_bytes(), photos[0].read_bytes())
+        (new / "capture.toml").write_text("# mine\nheading = 12.5\n" + text)
+        self.done("init", new, *photos)
+        text = (new / "capture.toml").read_text()
+        self.assertTrue(text.startswith("# mine\nheading = 12.5\n"))
+        self.assertEqual(text.count("[[view]]"), 3)
+        self.done("init", new)  # Nothing new: nothing changed
+        self.assertEqual((new / "capture.toml").read_text(), text)
+        self.refused("init", new, self.other_photo(), names=["another photo", "view_00", "rename"])
+        names = [v["name"] for v in self.done("info", new, "--json").json["views"]]
+        self.assertEqual(names, list(VIEWS))
+
+    def other_photo(self):
+        other = self.folder / "elsewhere" / "view_00.png"
+        other.parent.mkdir()
+        return write_png(other, 8, 8, 3, lambda x, y: (x, y, 0))
+
+    def test_cameras_come_back_as_they_went_in(self):
+        capture = small_capture(self.folder / "maple")
+        model = self.folder / "model"
+        (capture / "cameras").rename(model)
+        self.done("cameras", capture, "--import", "colmap", model)
+        self.assertEqual((capture / "cameras" / "images.txt").read_text().count("view_"), 3)
+        self.refused("cameras", capture, "--import", "bundler", model, code=2,
+                     names=["bundler", "colmap"])
+        self.refused("cameras", capture, "--import", "colmap", self.folder,
+                     names=["cameras.txt"])
+
+
+if __name__ == "__main__":
+    unittest.main()
