@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What a tree leaves of the light on level ground: a colour to multiply the ground with,
+// 1 where there is no shadow, per channel.
+//
+// At a point p of the plane z = ground_z_m, with S the sun's irradiance on a plane that
+// faces it, L the sky's radiance and tau the transmittance of the volume,
+//
+//   s(p) = E_with(p) / E_without = q T(p) + (1 - q) V(p)                        (M1)
+//   q    = S sin(e) / (S sin(e) + k E_h),   e the sun's elevation               (M2)
+//   T(p) = mean of tau(p, w) over the sun's disc                                (M3)
+//   V(p) = sum_i L(w_i) tau(p, w_i) / sum_i L(w_i)                              (M4)
+//
+// E_h is the sky's irradiance on the ground (relight/sh/sky_coefficients.h), and the w_i
+// are spread with the density of the cosine. Sun and sky part in colour, so a shadow of
+// the sun takes the sky's blue. The disc makes the shadow of a high twig softer than that
+// of the trunk's foot.
+//
+// k is how much of the sky's light counts. [Preetham99]'s sky is too bright beside its
+// sun: at turbidity 3 it gives 39 % of the light on the ground under a sun 35 degrees
+// high, 28 % at 70 degrees, where the clear skies that were measured for [Gillette84]
+// give 20 % and 14 %: k = 0.4. And of the sky that the tree hides, the tree's own light
+// gives a part back, which is left out here. Rendered ground under a tree shows k = 0.2
+// to 0.35.
+//
+// Transmittance is that of sigma interpolated between the centres of the voxels, so that
+// no voxel's shape shows in the shadow. All rays along one direction cross a layer of
+// voxels at the same height, and so at the same fraction of a voxel: the layers are slid
+// along the direction and added up, whole rows at a time, on a map of the ground with two
+// texels a voxel.
+
+#include "relight/base/field.h"
+#include "relight/base/progress.h"
+#include "relight/cameras/camera.h"
+#include "relight/sky/daylight.h"
+#include "relight/volume/extinction_grid.h"
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+namespace relight {
+
+// Seen from the Earth, on the mean over a year.
+inline constexpr double kSunDiameter_deg = 0.533;
+
+struct GroundShadowOptions {
+  double ground_z_m = 0.0;   // Of the level ground; the tree's foot is near 0.
+  int sky_directions = 256;  // Of (M4).
+  double sky_level = 0.3;    // k of (M2).
+};
+
+template <class Visitor>
+void Describe(GroundShadowOptions& o, Visitor&& field) {
+  field(o.ground_z_m, FieldInfo{"ground", "m", "height of the level ground"});
+  field(o.sky_directions,
+        FieldInfo{"shadow-directions",
+                  "",
+                  "directions of the sky that a shadow is gathered from",
+                  Between(16, 4096)});
+  field(o.sky_level,
+        FieldInfo{"shadow-sky",
+                  "",
+                  "how much of the sky's light counts in a shadow; less is darker",
+                  Between(0.01, 10)});
+}
+
+// Values on a rectangle of the ground; texel (0, 0) has its corner at `corner_m`, rows
+// run along y. Outside, the value is 1.
+struct GroundMap {
+  Eigen::Vector2d corner_m = {0, 0};  // ENU.
+  double texel_m = 1.0;
+  cv::Mat values;  // CV_32FC1 or CV_32FC3; may be empty.
+};
+
+// The shadow on the ground, before any camera.
+struct GroundShadow {
+  double ground_z_m = 0.0;
+  Eigen::Array3f sun_share = Eigen::Array3f::Zero();  // q of (M2), in [0, 1].
+  GroundMap sun;                                      // T of (M3), one channel.
+  GroundMap sky;                                      // V of (M4), RGB.
+
+  // s of (M1) at a point of the ground, in [0, 1].
+  cv::Vec3f At(const Eigen::Vector2d& ground_m) const;
+};
+
+// The sky's part ends where the sky that the tree hides is less than 1/255 of all light;
+// it goes to 1 there without a step. Voxels below the ground cast no shadow. Throws
+// OptionError, Cancelled. The result does not depend on the threads.
+GroundShadow MakeGroundShadow(const ExtinctionGrid& grid,
+                              const Daylight& daylight,
+                              const GroundShadowOptions& options = {},
+                              const Progress& progress = {});
+
+// s of (M1) in the rows row_begin … row_end - 1 of the camera, the mean over each pixel;
+// 1 where a ray does not meet the ground. RGB, linear, in [0, 1].
+cv::Mat3f ShadowRows(const GroundShadow& shadow,
+                     const Camera& camera,
+                     int row_begin,
+                     int row_end);
+
+// All rows.
+cv::Mat3f ShadowImage(const GroundShadow& shadow,
+                      const Camera& camera,
+                      const Progress& progress = {});
+
+// The share of the camera's pixels whose rays meet the ground.
+double GroundShare(const Camera& camera, double ground_z_m);
+
+}  // namespace relight
