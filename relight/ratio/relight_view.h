@@ -20,7 +20,7 @@ struct RelightViewOptions {
   double pixels_per_voxel = 4.0;  // Light images are no finer than this.
   bool smooth = false;  // Blur light by half a voxel even where it is computed at
                         // the photo's own resolution.
-  RatioOptions ratio;
+  RatioOptions ratio = {};
 };
 
 // Light of both hours over one view, at the lights' own resolution.

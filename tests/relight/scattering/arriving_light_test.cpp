@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/scattering/arriving_light.h"
 
+#include "relight/base/error.h"
 #include "relight/scattering/transmittance.h"
 #include "relight/sh/quadrature.h"
 #include "relight/volume/ray_traversal.h"
@@ -97,6 +98,62 @@ TEST(ArrivingLight, TheSunIsAttenuatedAlongItsWay) {
               1e-5);  // Floats, summed over the way
     EXPECT_TRUE((light.sky[voxel] == 0).all());
   }
+}
+
+// An opaque roof whose edge is seen just before the sun's centre hides half of its disc.
+TEST(ArrivingLight, AnEdgeBeforeTheSunsCentreHidesHalfOfIt) {
+  constexpr int kRoof = 20;
+  ExtinctionGrid grid = tests::Slab({9, 3, kRoof + 1}, 0.1, 0.0);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 5; x < 9; ++x) grid.sigma_per_m[grid.Index(x, y, kRoof)] = 1e9f;
+  }
+  grid.sigma_per_m[grid.Index(4, 1, 0)] = 1e-30f;  // The voxel that is looked at
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  const SkyTransmittance sky =
+      ProjectTransmittance(grid, occupied, {.bands = 1, .directions = 64});
+  const auto seen = [&](double aside_rad, int directions) {
+    // From the voxel's centre to the upper edge of the roof, and a little aside
+    const double edge_rad = std::atan2(0.5, kRoof + 0.5) + aside_rad;
+    Daylight daylight = UniformDaylight({0, 0, 0});
+    daylight.sun_direction = {std::sin(edge_rad), 0, std::cos(edge_rad)};
+    daylight.sun_irradiance = {1, 1, 1};
+    const ArrivingLight light =
+        LightArriving(grid, occupied, sky, daylight, {.sun_directions = directions});
+    return light.sun[static_cast<std::size_t>(occupied.of_cell[grid.Index(4, 1, 0)])][0];
+  };
+  constexpr double kRadius_rad = 0.004652;
+  EXPECT_NEAR(seen(0, 256), 0.5, 0.03);  // 256 directions: the edge crosses some 2 x 16
+  EXPECT_NEAR(seen(0, 16), 0.5, 0.13);   // Two of sixteen
+  EXPECT_NEAR(seen(-1.01 * kRadius_rad, 256), 1.0, 1e-5);  // A sum of floats
+  EXPECT_EQ(seen(1.01 * kRadius_rad, 256), 0.0f);
+  // Part of a disc beyond a chord at half the radius: acos(1/2) / pi - sqrt(3) / (4 pi)
+  EXPECT_NEAR(seen(0.5 * kRadius_rad, 1024), 1.0 / 3 - std::sqrt(3) / (4 * pi), 0.02);
+  EXPECT_EQ(seen(-0.1 * kRadius_rad, 1), 1.0f);
+  EXPECT_EQ(seen(0.1 * kRadius_rad, 1), 0.0f);
+}
+
+// In a slab there are no edges: the disc is as good as its centre.
+TEST(ArrivingLight, TheDiscIsItsCentreWhereTheShadowIsSoft) {
+  const ExtinctionGrid grid = tests::Slab({31, 31, 8}, 0.25, 1.2);
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  const SkyTransmittance sky =
+      ProjectTransmittance(grid, occupied, {.bands = 1, .directions = 64});
+  Daylight daylight = UniformDaylight({0, 0, 0});
+  daylight.sun_irradiance = {1, 1, 1};
+  for (const Eigen::Vector3d& sun :
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.3, -0.4, 1)}) {
+    daylight.sun_direction = sun.normalized();
+    const ArrivingLight disc =
+        LightArriving(grid, occupied, sky, daylight, {.sun_directions = 16});
+    const ArrivingLight centre = LightArriving(grid, occupied, sky, daylight);
+    for (int z = 0; z < 8; ++z) {
+      const auto v = static_cast<std::size_t>(occupied.of_cell[grid.Index(15, 15, z)]);
+      // Up to 2.4 optical depths x 0.0047 x tan of 27 degrees / sqrt(16) directions
+      EXPECT_NEAR(disc.sun[v][0] / centre.sun[v][0], 1.0, 2e-3);
+    }
+  }
+  EXPECT_THROW(LightArriving(grid, occupied, sky, daylight, {.sun_directions = 0}),
+               OptionError);
 }
 
 // Twice the sun and sky give twice the light: in one unit, nothing is clipped.
