@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The ground of a photo taken from the tree's shadow of one hour to that of another, so
+// that no picture shows two shadows. Approximate: all that is outside the matte and below
+// the horizon is taken as level ground.
+//
+// With i and t the shadows of input and target (ground_shadow.h), per channel,
+//
+//   r = (t + e) / (i + e),   e = max(0, f - i)                                  (M9)
+//
+// so that the input's shadow counts as f = 0.2 where it is deeper, and equal shadows
+// leave the photo as it is. A pixel that is partly tree, I = a F + (1 - a) B, changes by
+// its ground alone:
+//
+//   I' = I + (r - 1) max(0, I - a F)                                           (M10)
+//
+// i as the volume has it is a mean: it knows how much sun comes through the crown, but
+// not through which gap, and the ground divided by it keeps the old flecks of sun. The
+// photo shows them. With B the ground's luminance blended inwards from where there is no
+// shadow, and i = d + T (l - d), d all shade and l full sun, the sun's part that a pixel
+// shows is
+//
+//   T' = clamp(((I / B - d) / (l - d) - u) / (v - u), 0, 1),  u = 0.05, v = 0.85  (M11)
+//
+// taken in place of T where the volume casts a shadow near by: what is nearly all shade,
+// or nearly full sun, counts as such and keeps its texture. For suns g apart it counts by
+// 1 - exp(-(g / 1 deg)^2), so that the same hour gives the same photo.
+
+#include "relight/base/field.h"
+#include "relight/base/progress.h"
+#include "relight/composite/ground_shadow.h"
+
+#include <opencv2/core.hpp>
+
+namespace relight {
+
+struct OldShadowOptions {
+  double floor = 0.2;  // f of (M9).
+  bool flecks = true;  // (M11); else i is the volume's own.
+};
+
+template <class Visitor>
+void Describe(OldShadowOptions& o, Visitor&& field) {
+  field(o.floor,
+        FieldInfo{"old-shadow-floor",
+                  "",
+                  "the photo's own shadow counts as this where it is deeper",
+                  Between(0.01, 1)});
+  field(o.flecks,
+        FieldInfo{"old-shadow-flecks", "", "flecks of sun are told by the photo"});
+}
+
+// The shadow that the photo shows, of the volume's shadow `input` and by (M11). RGB in
+// [0, 1]. `photo` is linear, `alpha` the tree's matte, both of the camera's size;
+// `flecks` in [0, 1] is how much (M11) counts.
+cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
+                        const cv::Mat1f& alpha,
+                        const GroundShadow& input,
+                        const Camera& camera,
+                        double flecks = 1.0);
+
+// r of (M9); `sun_turn_rad` is the angle between the two suns. 1 where there is no
+// ground. Throws OptionError, Cancelled.
+cv::Mat3f GroundRatio(const cv::Mat3f& photo,
+                      const cv::Mat1f& alpha,
+                      const GroundShadow& input,
+                      const GroundShadow& target,
+                      const Camera& camera,
+                      double sun_turn_rad,
+                      const OldShadowOptions& options = {},
+                      const Progress& progress = {});
+
+// I' of (M10), with F the tree's own colours, straight. The tree is as it was.
+cv::Mat3f ReshadowedPhoto(const cv::Mat3f& photo,
+                          const cv::Mat1f& alpha,
+                          const cv::Mat3f& foreground,
+                          const cv::Mat3f& ratio);
+
+}  // namespace relight
