@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "matting/closed_form_matting.h"
 
+#include "matting/color_prior.h"
 #include "matting/laplacian_solver.h"
 #include "matting/trimap.h"
 #include "relight/base/error.h"
@@ -19,7 +20,10 @@ namespace relight {
 namespace {
 
 // L_ij of one window for its 9 pixels in reading order. (M2)
-Eigen::Matrix<double, 9, 9> WindowLaplacian(const cv::Mat3f& image, int x, int y, double epsilon) {
+Eigen::Matrix<double, 9, 9> WindowLaplacian(const cv::Mat3f& image,
+                                            int x,
+                                            int y,
+                                            double epsilon) {
   Eigen::Matrix<double, 9, 3> c;
   for (int n = 0; n < 9; ++n) {
     const cv::Vec3f& color = image(y + n / 3 - 1, x + n % 3 - 1);
@@ -46,8 +50,10 @@ System Assemble(const cv::Mat3f& image,
                 const cv::Mat1b& trimap,
                 const cv::Mat1f& fixed,
                 const PixelRuns& pixels,
+                const ColorPrior& prior,
                 const MattingOptions& options) {
-  System system{StencilMatrix(pixels), std::vector<double>(static_cast<std::size_t>(pixels.slots))};
+  System system{StencilMatrix(pixels),
+                std::vector<double>(static_cast<std::size_t>(pixels.slots))};
   cv::Mat1i slot(image.size(), -1);
   for (const PixelRun& run : pixels.runs) {
     for (int i = 0; i < run.length; ++i) slot(run.y, run.x + i) = run.below[0] + i;
@@ -76,7 +82,8 @@ System Assemble(const cv::Mat3f& image,
           if (at[j] < 0) {
             system.right_side[at[i]] -= l(i, j) * fixed(y + j / 3 - 1, x + j % 3 - 1);
           } else if (j > i) {
-            system.matrix.entry[entry_of[j / 3 - i / 3][j % 3 - i % 3 + 2]][at[i]] += l(i, j);
+            system.matrix.entry[entry_of[j / 3 - i / 3][j % 3 - i % 3 + 2]][at[i]] +=
+                l(i, j);
           }
         }
       }
@@ -84,9 +91,13 @@ System Assemble(const cv::Mat3f& image,
   }
   for (const PixelRun& run : pixels.runs) {
     for (int i = 0; i < run.length; ++i) {
-      if (trimap(run.y, run.x + i) == kTrimapUnknown) continue;
-      system.matrix.entry[0][run.below[0] + i] += options.lambda;
-      system.right_side[run.below[0] + i] += options.lambda * fixed(run.y, run.x + i);
+      const int x = run.x + i, slot_here = run.below[0] + i;
+      const bool unknown = trimap(run.y, x) == kTrimapUnknown;
+      const double weight =
+          unknown ? options.prior * prior.confidence(run.y, x) : options.lambda;
+      system.matrix.entry[0][slot_here] += weight;
+      system.right_side[slot_here] +=
+          weight * (unknown ? prior.alpha(run.y, x) : fixed(run.y, x));
     }
   }
   return system;
@@ -128,22 +139,31 @@ MatteEstimate Solve(const cv::Mat3f& image,
 
   // The system: unknown pixels and what is within two pixels of them
   cv::Mat1b inside;
-  cv::dilate(trimap == kTrimapUnknown, inside, cv::Mat::ones(5, 5, CV_8U), {-1, -1}, 1,
-             cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::dilate(trimap == kTrimapUnknown,
+             inside,
+             cv::Mat::ones(5, 5, CV_8U),
+             {-1, -1},
+             1,
+             cv::BORDER_CONSTANT,
+             cv::Scalar(0));
   const PixelRuns pixels(inside);
   MatteEstimate estimate;
   estimate.summary.unknown_pixels = cv::countNonZero(trimap == kTrimapUnknown);
-  const System system = Assemble(image, trimap, alpha, pixels, options);
+  const ColorPrior prior = EstimateColorPrior(image, trimap);
+  const System system = Assemble(image, trimap, alpha, pixels, prior, options);
   std::vector<double> x(static_cast<std::size_t>(pixels.slots));
   for (const PixelRun& run : pixels.runs) {
     for (int i = 0; i < run.length; ++i) {
       x[static_cast<std::size_t>(run.below[0] + i)] = alpha(run.y, run.x + i);
     }
   }
-  const SolveSummary solved = SolveByConjugateGradients(
-      system.matrix, system.right_side, x,
-      {.relative_residual = options.relative_residual, .most_iterations = options.most_iterations},
-      progress.Part(0.3, 1.0));
+  const SolveSummary solved =
+      SolveByConjugateGradients(system.matrix,
+                                system.right_side,
+                                x,
+                                {.relative_residual = options.relative_residual,
+                                 .most_iterations = options.most_iterations},
+                                progress.Part(0.3, 1.0));
   for (const PixelRun& run : pixels.runs) {
     for (int i = 0; i < run.length; ++i) {
       alpha(run.y, run.x + i) = static_cast<float>(
@@ -158,22 +178,22 @@ MatteEstimate Solve(const cv::Mat3f& image,
 
 }  // namespace
 
-MatteEstimate EstimateMatte(const cv::Mat3f& display,
+MatteEstimate EstimateMatte(const cv::Mat3f& linear,
                             const cv::Mat1b& trimap,
                             const MattingOptions& options,
                             const Progress& progress) {
   CheckFields(options);
   CheckTrimap(trimap);
-  if (display.size() != trimap.size()) {
+  if (linear.size() != trimap.size()) {
     throw InputError("the trimap is " + std::to_string(trimap.cols) + " x " +
                      std::to_string(trimap.rows) + " pixels, the photo " +
-                     std::to_string(display.cols) + " x " + std::to_string(display.rows) +
+                     std::to_string(linear.cols) + " x " + std::to_string(linear.rows) +
                      "; make the trimap at the photo's size");
   }
-  if (display.rows < 3 || display.cols < 3) {
+  if (linear.rows < 3 || linear.cols < 3) {
     throw InputError("a photo to matte is at least 3 x 3 pixels");
   }
-  return Solve(display, trimap, options, progress);
+  return Solve(linear, trimap, options, progress);
 }
 
 }  // namespace relight

@@ -10,8 +10,9 @@
 //
 //   alpha^T L alpha + lambda (alpha - alpha*)^T D (alpha - alpha*)        (M1)
 //
-// with D 1 on known pixels, alpha* their value, and L the matting Laplacian, the sum over
-// the windows w of 9 pixels with mean mu and covariance Sigma
+// with D 1 on known pixels, alpha* their value (on unknown ones a guess from colours,
+// color_prior.h, with a small weight: [Levin08] has none there), and L the matting
+// Laplacian, the sum over the windows w of 9 pixels with mean mu and covariance Sigma
 //
 //   L_ij = delta_ij - (1 + (I_i - mu)^T (Sigma + eps/9 Id)^-1 (I_j - mu)) / 9   (M2)
 //
@@ -28,8 +29,9 @@
 namespace relight {
 
 struct MattingOptions {
-  double epsilon = 1e-7;           // eps of (M2), for colours in [0, 1].
-  double lambda = 100.0;           // lambda of (M1).
+  double epsilon = 1e-7;  // eps of (M2), for colours in [0, 1].
+  double lambda = 100.0;  // lambda of (M1).
+  double prior = 0.1;     // Weight of the colour prior in D; 0: [Levin08] alone.
   double relative_residual = 1e-6;
   int most_iterations = 2000;
 };
@@ -38,15 +40,20 @@ template <class Visitor>
 void Describe(MattingOptions& o, Visitor&& field) {
   field(o.epsilon, FieldInfo{"matting-epsilon", "", "eps of [Levin08]", Above(0)});
   field(o.lambda, FieldInfo{"matting-lambda", "", "weight of the trimap", Above(0)});
+  field(o.prior,
+        FieldInfo{"matting-prior", "", "weight of the colour prior", AtLeast(0)});
   field(o.relative_residual,
-        FieldInfo{"matting-residual", "", "relative residual that is enough", Between(1e-12, 0.1)});
+        FieldInfo{"matting-residual",
+                  "",
+                  "relative residual that is enough",
+                  Between(1e-12, 0.1)});
   field(o.most_iterations,
         FieldInfo{"matting-iterations", "", "iterations at most", AtLeast(1)});
 }
 
 struct MatteSummary {
   std::int64_t unknown_pixels = 0;
-  int iterations = 0;              // At the photo's own size.
+  int iterations = 0;  // At the photo's own size.
   double relative_residual = 0.0;
 };
 
@@ -55,11 +62,11 @@ struct MatteEstimate {
   MatteSummary summary;
 };
 
-// `display`: the photo encoded for a screen (sRGB curve), in [0, 1]: there noise and edges
-// weigh as they are seen (docs/decisions/0002). `trimap`: trimap.h. Starts from the solution
-// at half the size. Throws InputError (sizes differ, no sure foreground or background),
-// OptionError, Cancelled. The result does not depend on the threads.
-MatteEstimate EstimateMatte(const cv::Mat3f& display,
+// `linear`: the photo in linear light, where a half-covered pixel is half of each colour
+// (docs/decisions/0002). `trimap`: trimap.h. Starts from the solution at half the size.
+// Throws InputError (sizes differ, no sure foreground or background), OptionError,
+// Cancelled. The result does not depend on the threads.
+MatteEstimate EstimateMatte(const cv::Mat3f& linear,
                             const cv::Mat1b& trimap,
                             const MattingOptions& options = {},
                             const Progress& progress = {});

@@ -22,7 +22,8 @@ void SolvePixel(const cv::Mat3f& image,
                 int x,
                 int y,
                 ForegroundColors& colors) {
-  constexpr std::array<std::array<int, 2>, 4> kNeighbours = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+  constexpr std::array<std::array<int, 2>, 4> kNeighbours = {
+      {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
   const double a = alpha(y, x);
   double pull = 0.0;
   cv::Vec3d toward_f(0, 0, 0), toward_b(0, 0, 0);
@@ -120,8 +121,10 @@ ForegroundColors EstimateForeground(const cv::Mat3f& linear,
   for (int y = 0; y < linear.rows; ++y) {
     for (int x = 0; x < linear.cols; ++x) {
       for (int c = 0; c < 3; ++c) {
-        if (alpha(y, x) >= 1) colors.foreground(y, x)[c] = std::max(0.0f, linear(y, x)[c]);
-        if (alpha(y, x) <= 0) colors.background(y, x)[c] = std::max(0.0f, linear(y, x)[c]);
+        if (alpha(y, x) >= 1)
+          colors.foreground(y, x)[c] = std::max(0.0f, linear(y, x)[c]);
+        if (alpha(y, x) <= 0)
+          colors.background(y, x)[c] = std::max(0.0f, linear(y, x)[c]);
       }
     }
   }

@@ -11,8 +11,8 @@
 //     + sum_j (r + g |a_i - a_j|) ((F_i - F_j)^2 + (B_i - B_j)^2)         (M3)
 //
 // solved per channel, pixel by pixel, from 1 x 1 pixel up to the photo's own size, each
-// level starting from the one before. Where the matte is 0 the foreground goes on smoothly
-// from where it is not, so that no colour of the sky is left on a leaf's edge.
+// level starting from the one before. Where the matte is 0 the foreground goes on
+// smoothly from where it is not, so that no colour of the sky is left on a leaf's edge.
 
 #include "relight/base/field.h"
 #include "relight/base/progress.h"

@@ -12,9 +12,10 @@
 namespace relight {
 namespace {
 
-constexpr int kMargin = 2;          // Reach of the stencil.
-constexpr int kGrainRuns = 64;      // Runs a task: only speed depends on it.
-constexpr int kGrainSlots = 1 << 15;  // Slots a partial sum: the order of sums depends on it.
+constexpr int kMargin = 2;      // Reach of the stencil.
+constexpr int kGrainRuns = 64;  // Runs a task: only speed depends on it.
+constexpr int kGrainSlots =
+    1 << 15;  // Slots a partial sum: the order of sums depends on it.
 
 // (x, y) is (0, 0) at the first pixel of the margin.
 struct StoredRun {
@@ -29,7 +30,8 @@ PixelRuns::PixelRuns(const cv::Mat1b& inside) {
   const int wide = cols + 2 * kMargin;
 
   // Slots: the pixels of the system and all within the reach of the stencil
-  std::vector<std::vector<StoredRun>> stored(static_cast<std::size_t>(rows + 2 * kMargin));
+  std::vector<std::vector<StoredRun>> stored(
+      static_cast<std::size_t>(rows + 2 * kMargin));
   std::vector<int> reach(wide + 1);
   std::int64_t next = 0;
   for (int y = 0; y < rows + 2 * kMargin; ++y) {
@@ -44,7 +46,8 @@ PixelRuns::PixelRuns(const cv::Mat1b& inside) {
     for (int x = 0; x < wide; ++x) {
       const bool was = covered > 0;
       covered += reach[x];
-      if (covered > 0 && !was) stored[y].push_back({x, x, static_cast<std::int32_t>(next)});
+      if (covered > 0 && !was)
+        stored[y].push_back({x, x, static_cast<std::int32_t>(next)});
       if (covered > 0) stored[y].back().end = x + 1, ++next;
     }
   }
@@ -55,7 +58,9 @@ PixelRuns::PixelRuns(const cv::Mat1b& inside) {
   const auto slot_of = [&](int x, int y) {
     const auto& row = stored[y + kMargin];
     const auto after = std::upper_bound(
-        row.begin(), row.end(), x + kMargin, [](int v, const StoredRun& r) { return v < r.x; });
+        row.begin(), row.end(), x + kMargin, [](int v, const StoredRun& r) {
+          return v < r.x;
+        });
     const StoredRun& run = *std::prev(after);
     return run.slot + (x + kMargin - run.x);
   };
@@ -85,7 +90,9 @@ StencilMatrix::StencilMatrix(const PixelRuns& of) : pixels(&of) {
   for (auto& e : entry) e.assign(static_cast<std::size_t>(of.slots), 0.0);
 }
 
-void Multiply(const StencilMatrix& a, std::span<const double> x, std::span<double> product) {
+void Multiply(const StencilMatrix& a,
+              std::span<const double> x,
+              std::span<double> product) {
   const auto& runs = a.pixels->runs;
   ParallelRanges(static_cast<int>(runs.size()), kGrainRuns, [&](int begin, int end) {
     for (int r = begin; r < end; ++r) {
@@ -136,7 +143,8 @@ class IncompleteCholesky {
  public:
   explicit IncompleteCholesky(const StencilMatrix& a) : pixels_(*a.pixels) {
     // A is no M-matrix, so that a pivot may fail: then again with a heavier diagonal
-    for (double shift = 0.0; !Factorise(a, shift); shift = shift == 0 ? 1e-3 : 4 * shift) {
+    for (double shift = 0.0; !Factorise(a, shift);
+         shift = shift == 0 ? 1e-3 : 4 * shift) {
       Require(shift < 1e3, "a heavy diagonal can be factorised");
     }
   }
@@ -159,7 +167,8 @@ class IncompleteCholesky {
         if (i > 1) out[i] -= l2[i - 2] * out[i - 2];
       }
     }
-    for (auto reverse = pixels_.runs.rbegin(); reverse != pixels_.runs.rend(); ++reverse) {
+    for (auto reverse = pixels_.runs.rbegin(); reverse != pixels_.runs.rend();
+         ++reverse) {
       const PixelRun& run = *reverse;
       double* out = z.data() + run.below[0];
       const float* inverse = factor_[0].data() + run.below[0];
@@ -208,7 +217,8 @@ class IncompleteCholesky {
   }
 
   const PixelRuns& pixels_;
-  std::array<std::vector<float>, kStencil> factor_;  // [0]: 1 / D. It only has to be near.
+  std::array<std::vector<float>, kStencil>
+      factor_;  // [0]: 1 / D. It only has to be near.
 };
 
 // Summed piece by piece in a fixed order.
@@ -217,7 +227,8 @@ double Dot(std::span<const double> a, std::span<const double> b) {
   std::vector<double> part(static_cast<std::size_t>(pieces));
   ParallelRanges(static_cast<int>(a.size()), kGrainSlots, [&](int begin, int end) {
     double sum = 0;
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
+         ++i) {
       sum += a[i] * b[i];
     }
     part[static_cast<std::size_t>(begin / kGrainSlots)] = sum;
@@ -253,9 +264,10 @@ SolveSummary SolveByConjugateGradients(const StencilMatrix& a,
       return summary;
     }
     const double span = std::log(options.relative_residual / first);
-    progress.Report(span < 0 ? std::clamp(std::log(summary.relative_residual / first) / span,
-                                          0.0, 1.0)
-                             : 1.0);
+    progress.Report(
+        span < 0
+            ? std::clamp(std::log(summary.relative_residual / first) / span, 0.0, 1.0)
+            : 1.0);
     Multiply(a, p, ap);
     const double step = rz / Dot(p, ap);
     for (std::size_t i = 0; i < x.size(); ++i) {

@@ -3,7 +3,8 @@
 
 // Symmetric positive definite systems A x = b over some pixels of an image, where a pixel
 // is coupled to the 5 x 5 pixels around it: what the matting Laplacian, summed over 3 x 3
-// windows, makes. Solved by preconditioned conjugate gradients, the preconditioner an incomplete Cholesky factor of the same stencil.
+// windows, makes. Solved by preconditioned conjugate gradients, the preconditioner an
+// incomplete Cholesky factor of the same stencil.
 //
 // Memory is that of the pixels in the system, not of the image: 13 numbers each (the
 // diagonal and the 12 neighbours that come later in reading order), in runs along rows,
@@ -22,9 +23,19 @@ namespace relight {
 
 // Half of the 5 x 5 stencil: (dx, dy) of neighbour k.
 inline constexpr int kStencil = 13;
-inline constexpr std::array<std::array<int, 2>, kStencil> kStencilOffset = {
-    {{0, 0}, {1, 0}, {2, 0}, {-2, 1}, {-1, 1}, {0, 1}, {1, 1}, {2, 1},
-     {-2, 2}, {-1, 2}, {0, 2}, {1, 2}, {2, 2}}};
+inline constexpr std::array<std::array<int, 2>, kStencil> kStencilOffset = {{{0, 0},
+                                                                             {1, 0},
+                                                                             {2, 0},
+                                                                             {-2, 1},
+                                                                             {-1, 1},
+                                                                             {0, 1},
+                                                                             {1, 1},
+                                                                             {2, 1},
+                                                                             {-2, 2},
+                                                                             {-1, 2},
+                                                                             {0, 2},
+                                                                             {1, 2},
+                                                                             {2, 2}}};
 
 // Pixels (x ... x + length - 1, y) of the system, in consecutive slots. below[d] is the
 // slot of pixel (x, y + d), so pixel (x + i + dx, y + d) has slot below[d] + i + dx for
@@ -40,10 +51,11 @@ struct PixelRun {
 struct PixelRuns {
   explicit PixelRuns(const cv::Mat1b& inside);
 
-  std::vector<PixelRun> runs;      // In reading order.
-  std::vector<int> first_of_row;   // Image height + 1; runs of row y are a half-open range.
+  std::vector<PixelRun> runs;  // In reading order.
+  std::vector<int>
+      first_of_row;  // Image height + 1; runs of row y are a half-open range.
   std::int32_t slots = 0;
-  std::int64_t pixels = 0;         // Slots that are inside.
+  std::int64_t pixels = 0;  // Slots that are inside.
 };
 
 // entry[k][i]: coupling of the pixel in slot i with its neighbour k; 0 where either is
@@ -56,7 +68,9 @@ struct StencilMatrix {
 };
 
 // A x. Same bytes for any number of threads.
-void Multiply(const StencilMatrix& a, std::span<const double> x, std::span<double> product);
+void Multiply(const StencilMatrix& a,
+              std::span<const double> x,
+              std::span<double> product);
 
 struct SolveOptions {
   double relative_residual = 1e-6;  // |b - A x| / |b| that is enough.
@@ -65,11 +79,12 @@ struct SolveOptions {
 
 struct SolveSummary {
   int iterations = 0;
-  double relative_residual = 0.0;  // Above the wanted one: most_iterations were not enough.
+  double relative_residual =
+      0.0;  // Above the wanted one: most_iterations were not enough.
 };
 
-// Solves A x = b from the x given. All spans have a value a slot; those outside the system
-// are 0 and stay so. The same bytes for any number of threads. Throws Cancelled.
+// Solves A x = b from the x given. All spans have a value a slot; those outside the
+// system are 0 and stay so. The same bytes for any number of threads. Throws Cancelled.
 SolveSummary SolveByConjugateGradients(const StencilMatrix& a,
                                        std::span<const double> b,
                                        std::span<double> x,

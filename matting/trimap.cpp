@@ -8,7 +8,8 @@
 namespace relight {
 
 cv::Mat1b TrimapFromGray(const cv::Mat1f& gray) {
-  if (gray.empty()) throw InputError("the trimap is empty (0 x 0 pixels); give a picture");
+  if (gray.empty())
+    throw InputError("the trimap is empty (0 x 0 pixels); give a picture");
   cv::Mat1b trimap(gray.size(), kTrimapUnknown);
   for (int y = 0; y < gray.rows; ++y) {
     for (int x = 0; x < gray.cols; ++x) {
@@ -24,13 +25,20 @@ TrimapCounts CountLabels(const cv::Mat1b& trimap) {
   for (int y = 0; y < trimap.rows; ++y) {
     for (int x = 0; x < trimap.cols; ++x) {
       switch (trimap(y, x)) {
-        case kTrimapBackground: ++counts.background; break;
-        case kTrimapUnknown: ++counts.unknown; break;
-        case kTrimapForeground: ++counts.foreground; break;
+        case kTrimapBackground:
+          ++counts.background;
+          break;
+        case kTrimapUnknown:
+          ++counts.unknown;
+          break;
+        case kTrimapForeground:
+          ++counts.foreground;
+          break;
         default:
-          throw InputError("the trimap holds " + std::to_string(trimap(y, x)) + " at (" +
-                           std::to_string(x) + ", " + std::to_string(y) +
-                           "); labels are 0, 128 and 255: pass it through TrimapFromGray");
+          throw InputError(
+              "the trimap holds " + std::to_string(trimap(y, x)) + " at (" +
+              std::to_string(x) + ", " + std::to_string(y) +
+              "); labels are 0, 128 and 255: pass it through TrimapFromGray");
       }
     }
   }
@@ -38,7 +46,8 @@ TrimapCounts CountLabels(const cv::Mat1b& trimap) {
 }
 
 void CheckTrimap(const cv::Mat1b& trimap) {
-  if (trimap.empty()) throw InputError("the trimap is empty (0 x 0 pixels); give a picture");
+  if (trimap.empty())
+    throw InputError("the trimap is empty (0 x 0 pixels); give a picture");
   const TrimapCounts counts = CountLabels(trimap);
   if (counts.unknown == 0) return;
   if (counts.foreground == 0) {

@@ -6,7 +6,6 @@
 #include "matting/trimap.h"
 #include "relight/base/error.h"
 #include "relight/capture/capture_folder.h"
-#include "relight/photo/color.h"
 #include "relight/photo/image_file.h"
 #include "relight/photo/read_photo.h"
 
@@ -73,9 +72,7 @@ cv::Mat1f MatteFromTrimap(const Photo& photo,
                      "; make the trimap at the photo's size");
   }
   try {
-    return EstimateMatte(
-               DisplayFromLinear(photo.pixels), TrimapFromGray(gray), {}, progress)
-        .alpha;
+    return EstimateMatte(photo.pixels, TrimapFromGray(gray), {}, progress).alpha;
   } catch (const InputError& error) {
     throw InputError(trimap.string() + ": " + error.what());
   }

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "matting/closed_form_matting.h"
+
+#include "matting/laplacian_solver.h"
+#include "matting/trimap.h"
+#include "relight/base/error.h"
+#include "relight/base/parallel.h"
+#include "relight/photo/color.h"
+#include "relight/photo/image_file.h"
+#include "relight/photo/read_photo.h"
+#include "tests/support/shared_data.h"
+
+#include <gtest/gtest.h>
+#include <Eigen/Dense>
+
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <random>
+#include <string>
+
+namespace relight {
+namespace {
+
+cv::Mat3f RandomImage(cv::Size size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+  cv::Mat3f image(size);
+  for (cv::Vec3f& pixel : image)
+    pixel = {uniform(random), uniform(random), uniform(random)};
+  return image;
+}
+
+// Background on the left, foreground on the right, unknown between.
+cv::Mat1b BandTrimap(cv::Size size, int first, int last) {
+  cv::Mat1b trimap(size, kTrimapUnknown);
+  trimap.colRange(0, first).setTo(kTrimapBackground);
+  trimap.colRange(last, size.width).setTo(kTrimapForeground);
+  return trimap;
+}
+
+TEST(LaplacianSolver, SolvesAsADenseSolverDoes) {
+  // A random symmetric, diagonally dominant stencil over an odd set of pixels
+  cv::Mat1b inside(9, 11, std::uint8_t{0});
+  std::mt19937 random(3);
+  for (std::uint8_t& pixel : inside) pixel = random() % 4 != 0 ? 1 : 0;
+  const PixelRuns pixels(inside);
+  StencilMatrix a(pixels);
+  std::map<std::int32_t, int> number;
+  for (const PixelRun& run : pixels.runs) {
+    for (int i = 0; i < run.length; ++i) {
+      const int next = static_cast<int>(number.size());
+      number[run.below[0] + i] = next;
+    }
+  }
+  const int n = static_cast<int>(number.size());
+  ASSERT_EQ(n, pixels.pixels);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
+  std::uniform_real_distribution<double> uniform(-1.0, 0.2);
+  for (const PixelRun& run : pixels.runs) {
+    for (int i = 0; i < run.length; ++i) {
+      const std::int32_t slot = run.below[0] + i;
+      for (int k = 1; k < kStencil; ++k) {
+        const std::int32_t other =
+            run.below[kStencilOffset[k][1]] + i + kStencilOffset[k][0];
+        if (!number.contains(other)) continue;
+        const double value = uniform(random);
+        a.entry[k][slot] = value;
+        dense(number[slot], number[other]) = dense(number[other], number[slot]) = value;
+      }
+    }
+  }
+  for (const auto& [slot, row] : number) {
+    dense(row, row) = dense.row(row).cwiseAbs().sum() + 0.5;
+    a.entry[0][slot] = dense(row, row);
+  }
+  Eigen::VectorXd right = Eigen::VectorXd::Random(n);
+  std::vector<double> b(static_cast<std::size_t>(pixels.slots)), x(b.size());
+  for (const auto& [slot, row] : number) b[static_cast<std::size_t>(slot)] = right[row];
+  const SolveSummary summary = SolveByConjugateGradients(
+      a, b, x, {.relative_residual = 1e-12, .most_iterations = 200});
+  const Eigen::VectorXd exact = dense.ldlt().solve(right);
+  // 1e-12 of the right side, times a condition number below 100
+  for (const auto& [slot, row] : number) {
+    EXPECT_NEAR(x[static_cast<std::size_t>(slot)], exact[row], 1e-9);
+  }
+  EXPECT_LT(summary.iterations, 40);
+}
+
+// Two colours mixed: every window lies on one colour line, and (M1) is met by the mixture
+// itself with no residual but the trimap's.
+TEST(ClosedFormMatting, FindsTheMixtureOfTwoColours) {
+  const cv::Size size(60, 40);
+  const cv::Vec3f leaf(0.2f, 0.5f, 0.1f), sky(0.6f, 0.7f, 0.9f);
+  cv::Mat1f truth(size);
+  cv::Mat3f image(size);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const double wave = 0.5 + 0.5 * std::sin(0.5 * x + 0.3 * y);
+      truth(y, x) = x < 10 ? 0.0f : x >= 50 ? 1.0f : static_cast<float>(wave);
+      image(y, x) = truth(y, x) * leaf + (1 - truth(y, x)) * sky;
+    }
+  }
+  const MatteEstimate estimate =
+      EstimateMatte(image, BandTrimap(size, 10, 50), {.prior = 0});
+  EXPECT_EQ(estimate.summary.unknown_pixels, 40 * 40);
+  // eps pulls the slope of each window by eps / variance, here below 1e-4
+  EXPECT_LT(cv::norm(estimate.alpha, truth, cv::NORM_INF), 5e-3);
+}
+
+TEST(ClosedFormMatting, KeepsWhatTheTrimapKnows) {
+  const cv::Size size(50, 30);
+  const cv::Mat1b trimap = BandTrimap(size, 15, 35);
+  const cv::Mat1f alpha = EstimateMatte(RandomImage(size, 5), trimap).alpha;
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      // Beyond the system's margin exactly; inside it as lambda = 100 holds it
+      if (x < 13) EXPECT_EQ(alpha(y, x), 0.0f);
+      if (x >= 37) EXPECT_EQ(alpha(y, x), 1.0f);
+      if (x < 15) EXPECT_NEAR(alpha(y, x), 0.0f, 0.02);
+      if (x >= 35) EXPECT_NEAR(alpha(y, x), 1.0f, 0.02);
+      EXPECT_GE(alpha(y, x), 0.0f);
+      EXPECT_LE(alpha(y, x), 1.0f);
+    }
+  }
+}
+
+TEST(ClosedFormMatting, IsTheSameForAnyNumberOfThreads) {
+  const cv::Size size(300, 240);
+  const cv::Mat3f image = RandomImage(size, 7);
+  SetThreadCount(1);
+  const cv::Mat1f one = EstimateMatte(image, BandTrimap(size, 80, 200)).alpha;
+  SetThreadCount(2);
+  const cv::Mat1f two = EstimateMatte(image, BandTrimap(size, 80, 200)).alpha;
+  SetThreadCount(0);
+  EXPECT_EQ(cv::norm(one, two, cv::NORM_INF), 0.0);
+}
+
+TEST(ClosedFormMatting, RefusesWhatItCannotSolve) {
+  const cv::Mat3f image = RandomImage({20, 20}, 1);
+  EXPECT_THROW(EstimateMatte(image, cv::Mat1b(10, 20, kTrimapUnknown)), InputError);
+  cv::Mat1b no_foreground(20, 20, kTrimapUnknown);
+  no_foreground.row(0).setTo(kTrimapBackground);
+  EXPECT_THROW(EstimateMatte(image, no_foreground), InputError);
+  EXPECT_THROW(EstimateMatte(image, BandTrimap({20, 20}, 5, 15), {.lambda = -1}),
+               OptionError);
+  EXPECT_THROW(
+      EstimateMatte(image, BandTrimap({20, 20}, 5, 15), {}, [](double) { return false; }),
+      Cancelled);
+}
+
+TEST(ClosedFormMatting, AllKnownIsTheTrimapItself) {
+  const cv::Mat1b trimap = BandTrimap({20, 20}, 10, 10);
+  const cv::Mat1f alpha = EstimateMatte(RandomImage({20, 20}, 2), trimap).alpha;
+  for (int x = 0; x < 20; ++x) EXPECT_EQ(alpha(7, x), x < 10 ? 0.0f : 1.0f);
+}
+
+// Photographs with true alphas, beside the figures of another program of the same method
+// (PyMatting 1.1.15, README of shared data/matting).
+TEST(ClosedFormMatting, IsAsGoodAsAnotherProgramOfTheMethod) {
+  RELIGHT_SKIP_WITHOUT_SHARED("data/matting");
+  const std::map<std::string, double> theirs = {{"GT01", .00556},
+                                                {"GT02", .05176},
+                                                {"GT04", .02305},
+                                                {"GT05", .01846},
+                                                {"GT07", .00810},
+                                                {"GT08", .01870},
+                                                {"GT11", .01251},
+                                                {"GT14", .00300},
+                                                {"GT17", .00350},
+                                                {"GT20", .00297},
+                                                {"GT22", .00265},
+                                                {"GT24", .01804},
+                                                {"GT27", .03037}};
+  double our_sum = 0, prior_sum = 0, their_sum = 0;
+  for (const auto& [name, mse] : theirs) {
+    std::filesystem::path image, trimap, truth;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(
+             tests::SharedPath("data/matting"))) {
+      const std::string path = entry.path().string();
+      if (entry.path().stem() != name) continue;
+      if (path.find("trimap") != std::string::npos) {
+        trimap = entry.path();
+      } else if (path.find("alpha") != std::string::npos ||
+                 path.find("gt") != std::string::npos) {
+        truth = entry.path();
+      } else {
+        image = entry.path();
+      }
+    }
+    ASSERT_FALSE(image.empty() || trimap.empty() || truth.empty()) << name;
+    const cv::Mat1b labels = TrimapFromGray(ReadMatte(trimap));
+    const auto begin = std::chrono::steady_clock::now();
+    // The method alone, on display values as that program takes them
+    const cv::Mat3f linear = ReadPhoto(image).pixels;
+    const MatteEstimate estimate =
+        EstimateMatte(DisplayFromLinear(linear), labels, {.prior = 0});
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const cv::Mat1f alpha = ReadMatte(truth);
+    const auto error = [&](const cv::Mat1f& matte) {
+      double sum = 0;
+      for (int y = 0; y < alpha.rows; ++y) {
+        for (int x = 0; x < alpha.cols; ++x) {
+          if (labels(y, x) == kTrimapUnknown)
+            sum += std::pow(matte(y, x) - alpha(y, x), 2);
+        }
+      }
+      return sum / static_cast<double>(estimate.summary.unknown_pixels);
+    };
+    const double ours = error(estimate.alpha);
+    const double with_prior = error(EstimateMatte(linear, labels).alpha);
+    std::printf("%s MSE %.5f (theirs %.5f), %d iterations, %.1f s; default %.5f\n",
+                name.c_str(),
+                ours,
+                mse,
+                estimate.summary.iterations,
+                seconds,
+                with_prior);
+    our_sum += ours;
+    prior_sum += with_prior;
+    their_sum += mse;
+  }
+  // The same minimum, found to other residuals
+  EXPECT_LT(our_sum, 1.02 * their_sum);
+  // And the colour prior pays
+  std::printf("mean %.5f (theirs %.5f), default %.5f\n",
+              our_sum / 13,
+              their_sum / 13,
+              prior_sum / 13);
+  EXPECT_LT(prior_sum, our_sum);
+}
+
+}  // namespace
+}  // namespace relight
