@@ -10,9 +10,15 @@
 #include <CLI/CLI.hpp>
 
 #include <map>
+#include <optional>
 #include <string>
 
 namespace relight::cli {
+
+template <class Value>
+inline constexpr bool kIsNumber = std::is_arithmetic_v<Value>;
+template <class Value>
+inline constexpr bool kIsNumber<std::optional<Value>> = std::is_arithmetic_v<Value>;
 
 template <class Options>
 void AddFlags(CLI::App& app,
@@ -30,13 +36,12 @@ void AddFlags(CLI::App& app,
     } else {
       std::string help = info.help;
       const std::string range = info.range.InWords();
-      if (std::is_arithmetic_v<Value> && range != "any number") help += ", " + range;
+      if (kIsNumber<Value> && range != "any number") help += ", " + range;
       const std::string standard = FieldText(value);
       if (!standard.empty()) help += " [" + standard + "]";
       app.add_option_function<std::string>(
              flag, [&given, name](const std::string& text) { given[name] = text; }, help)
-          ->type_name(*info.unit != 0 ? info.unit
-                                      : (std::is_enum_v<Value> ? "NAME" : "N"))
+          ->type_name(*info.unit != 0 ? info.unit : (kIsNumber<Value> ? "N" : "NAME"))
           ->group(group);
     }
   });

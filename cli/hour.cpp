@@ -121,7 +121,7 @@ Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
                   r.distance_m,
                   "one photo alone: camera to tree; left out, the tree is 8 m high")
       ->type_name("M")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::PositiveNumber.description(""))
       ->group(facts);
 
   const char* output = "Output";
@@ -130,17 +130,33 @@ Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
   app->add_option(
          "--photo", r.photo, "a retouched or rendered picture in place of the view's own")
       ->type_name("FILE");
-  app->add_option("-o,--output",
-                  r.output,
-                  ".exr .png .tif .jpg; left out: PHOTO_1700.png beside the photo")
+  app->add_option(
+         "-o,--output",
+         r.output,
+         ".exr .png .tif .jpg, or .ora with the tree and its shadow as layers; left out: "
+         "PHOTO_1700.png beside the photo, or in DIR/out")
       ->type_name("FILE")
       ->group(output);
   app->add_flag(
          "--whole", r.whole, "the whole photo with the tree relit (always for .jpg)")
       ->group(output);
+  app->add_flag("--keep-shadow",
+                r.keep_shadow,
+                "with --whole: leave the ground as taken, with its old shadow")
+      ->group(output);
+  app->add_option(
+         "--over", r.over, "put tree and shadow on this photo of the same size, flat")
+      ->type_name("PHOTO")
+      ->group(output);
+  app->add_option("--shadow",
+                  r.shadow,
+                  "write the tree's shadow on the ground, to multiply with; linear in "
+                  ".exr, else sRGB")
+      ->type_name("FILE")
+      ->group(output);
   app->add_option("--quality", r.quality, "of a .jpg, 1 to 100 [95]")
       ->type_name("N")
-      ->check(CLI::Range(1, 100))
+      ->check(CLI::Range(1, 100).description(""))
       ->group(output);
   app->add_option(
          "--irradiance", r.irradiance, "write the light of both hours, 32-bit .exr [lx]")
@@ -160,6 +176,8 @@ Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
   AddFlags(*app, ReadPhotoOptions(), "Photo", r.options);
   AddFlags(*app, OpacityOptions(), "Volume", r.options);
   AddFlags(*app, SkyTransmittanceOptions(), "Volume", r.options);
+  AddFlags(*app, GroundShadowOptions(), "Shadow", r.options);
+  AddFlags(*app, OldShadowOptions(), "Shadow", r.options);
   return {app, [request, json, &console] { return RunVerb(*request, *json, console); }};
 }
 

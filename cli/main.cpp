@@ -39,7 +39,7 @@ int Main(std::vector<std::string> words) {
   program.add_flag("-q,--quiet", console.quiet, "say nothing but errors");
   program.add_option("--threads", console.threads, "threads to use; 0: one a core [0]")
       ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+      ->check(CLI::Range(0, 1024).description(""));
 
   const std::vector<Verb> verbs = {AddHour(program, console),
                                    AddInit(program, console),

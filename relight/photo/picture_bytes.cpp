@@ -106,7 +106,8 @@ std::string EncodePicture(PictureFormat format,
   const auto make = [&](const std::string& name) {
     if (!output->open(name, spec) || !output->write_image(in_memory, samples.data) ||
         !output->close() || output->has_error()) {
-      throw InputError(file.string() + ": cannot be made: " + output->geterror());
+      throw InputError(file.string() + ": cannot be made: " + output->geterror() +
+                       "; free some space, or choose another format by its extension");
     }
   };
   if (format == PictureFormat::kTiff) {

@@ -5,10 +5,12 @@
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
 
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
 #include <cmath>
-#include <fstream>
+#include <sstream>
+#include <utility>
 
 namespace relight {
 namespace fs = std::filesystem;
@@ -37,40 +39,31 @@ openvdb::FloatGrid::Ptr EmptyVdb(const ExtinctionGrid& grid, const std::string& 
 
 // OpenVDB puts a random id of 36 characters at a fixed place of the header: magic number
 // (8 bytes), three version numbers (4 each), one flag.
-void ReplaceRandomId(const fs::path& file) {
+void ReplaceRandomId(std::string& bytes) {
   constexpr std::size_t kAt = 8 + 3 * 4 + 1, kLength = 36;
-  std::string bytes = ReadText(file, std::size_t{1} << 33);
-  if (bytes.size() < kAt + kLength || bytes[kAt + 8] != '-') {
-    throw InputError(file.string() + ": OpenVDB wrote a header of another layout");
-  }
+  Require(bytes.size() > kAt + kLength && bytes[kAt + 8] == '-',
+          "OpenVDB's header is laid out as we know it");
   bytes.replace(kAt, kLength, "00000000-0000-0000-0000-000000000000");
   std::string id = HashOfText(bytes);
   for (const std::size_t dash : {8u, 13u, 18u, 23u}) id.insert(dash, "-");
-  std::fstream patch(file, std::ios::binary | std::ios::in | std::ios::out);
-  patch.seekp(static_cast<std::streamoff>(kAt));
-  patch << id;
-  if (!patch.flush()) throw InputError(file.string() + ": cannot be written");
+  bytes.replace(kAt, kLength, id);
 }
 
+// In memory first: OpenVDB's own writer of files does not notice a disk that is full.
 void WriteGrids(const fs::path& file,
                 const openvdb::GridPtrVec& grids,
                 const Metadata& metadata) {
-  WriteFileWhole(file, [&](const fs::path& temporary) {
-    try {
-      openvdb::io::File out(temporary.string());
-      out.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_ZIP);
-      openvdb::MetaMap map;
-      for (const auto& [key, value] : metadata) {
-        map.insertMeta(key, openvdb::StringMetadata(value));
-      }
-      out.write(grids, map);
-      out.close();
-    } catch (const openvdb::Exception& error) {
-      throw InputError(file.string() + ": cannot be written: " + error.what() +
-                       "; free some space or write to another disk");
-    }
-    ReplaceRandomId(temporary);
-  });
+  openvdb::MetaMap map;
+  for (const auto& [key, value] : metadata) {
+    map.insertMeta(key, openvdb::StringMetadata(value));
+  }
+  std::ostringstream stream;
+  openvdb::io::Stream out(stream);
+  out.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_ZIP);
+  out.write(grids, map);
+  std::string bytes = std::move(stream).str();
+  ReplaceRandomId(bytes);
+  WriteTextWhole(file, bytes);
 }
 
 openvdb::GridPtrVecPtr ReadGrids(const fs::path& file) {
@@ -82,7 +75,9 @@ openvdb::GridPtrVecPtr ReadGrids(const fs::path& file) {
     return in.getGrids();
   } catch (
       const std::exception& error) {  // OpenVDB's and, for broken sizes, the library's
-    throw InputError(file.string() + ": cannot be read as OpenVDB: " + error.what() +
+    // Of a damaged file it can quote a gigabyte
+    throw InputError(file.string() + ": cannot be read as OpenVDB: " +
+                     std::string(error.what()).substr(0, 100) +
                      "; make it again with \"relight volume --force\"");
   }
 }
@@ -121,9 +116,17 @@ ExtinctionGrid ReadVolume(const fs::path& file) {
     throw InputError(file.string() + ": " + what +
                      "; make it again with \"relight volume --force\"");
   };
-  if (!vdb->transform().isLinear() || !(size.x() > 0) ||
-      std::abs(size.y() - size.x()) > 1e-9 || std::abs(size.z() - size.x()) > 1e-9) {
-    fail("the voxels are not cubes");
+  // One step of each index is one edge along its own axis
+  const openvdb::Vec3d corner = vdb->indexToWorld(openvdb::Coord(0, 0, 0));
+  for (int axis = 0; axis < 3; ++axis) {
+    openvdb::Coord next(0, 0, 0);
+    openvdb::Vec3d edge(0, 0, 0);
+    next[axis] = 1;
+    edge[axis] = size.x();
+    const openvdb::Vec3d off = vdb->indexToWorld(next) - corner - edge;
+    if (!vdb->transform().isLinear() || !(size.x() > 0) || !(off.length() <= 1e-9)) {
+      fail("the voxels are not cubes along the axes of the world");
+    }
   }
 
   // The box: as written, else that of the active voxels

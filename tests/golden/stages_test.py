@@ -37,9 +37,9 @@ class Stages(RelightCase):
         self.assertEqual(self.stages(), ["relight"])
 
     def test_another_hour_or_view_needs_nothing_but_itself(self):
-        self.assertEqual(self.stages("--view", "view_04", "--to-light", "20,30")[:0], [])
-        answer = self.done(self.capture, "--to", "10:00", "--view", "view_04", "--json").json
-        self.assertEqual(answer["stages"], ["relight"])
+        for words in (("--to", "10:00"), ("--to-light", "20,30")):
+            answer = self.done(self.capture, *words, "--view", "view_04", "--json").json
+            self.assertEqual(answer["stages"], ["relight"])
 
     def test_one_trimap(self):
         trimap = self.capture / "trimaps" / "view_04.png"
@@ -76,8 +76,8 @@ class Stages(RelightCase):
     def test_options_of_the_volume_and_of_its_light(self):
         self.assertEqual(self.stages("--cells", "28"), ["volume", "light", "relight"])
         self.assertEqual(self.stages("--cells", "28"), ["relight"])
-        self.assertEqual(self.stages("--cells", "28", "--bands", "3"), ["light", "relight"])
-        self.assertEqual(self.stages("--cells", "28", "--bands", "3", "--turbidity", "4"),
+        self.assertEqual(self.stages("--cells", "28", "--sh-bands", "3"), ["light", "relight"])
+        self.assertEqual(self.stages("--cells", "28", "--sh-bands", "3", "--turbidity", "4"),
                          ["relight"])
 
     def test_options_in_capture_toml_count_and_the_command_line_wins(self):
