@@ -9,6 +9,8 @@
 #include "relight/cameras/camera.h"
 #include "relight/capture/capture_file.h"
 #include "relight/capture/light_options.h"
+#include "relight/composite/ground_shadow.h"
+#include "relight/composite/old_shadow.h"
 #include "relight/photo/write_photo.h"
 #include "relight/volume/opacity_estimation.h"
 
@@ -27,6 +29,8 @@ struct CaptureOptions {
   OpacityOptions volume;
   SkyTransmittanceOptions sky_transmittance;
   ReadPhotoOptions photo;
+  GroundShadowOptions shadow;
+  OldShadowOptions old_shadow;
 };
 
 template <class Visitor>
@@ -35,6 +39,8 @@ void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.volume, field);
   Describe(o.sky_transmittance, field);
   Describe(o.photo, field);
+  Describe(o.shadow, field);
+  Describe(o.old_shadow, field);
 }
 
 // Options by name, those of the user over those of capture.toml. Throws OptionError that

@@ -10,6 +10,8 @@
 #include "relight/capture/capture_folder.h"
 #include "relight/capture/tree_volume.h"
 #include "relight/capture/view_matte.h"
+#include "relight/composite/montage.h"
+#include "relight/composite/open_raster.h"
 #include "relight/photo/color.h"
 #include "relight/photo/image_file.h"
 #include "relight/photo/photo_facts.h"
@@ -89,6 +91,7 @@ void ThrowIfMissing(const Missing& missing, const HourRequest& r) {
   if (r.distance_m) text += " --distance " + FieldText(*r.distance_m);
   if (r.exposure != "same") text += " --exposure " + ShellWord(r.exposure);
   if (r.whole) text += " --whole";
+  if (r.keep_shadow) text += " --keep-shadow";
   if (r.force) text += " --force";
   if (r.quality != HourRequest().quality) text += " --quality " + FieldText(r.quality);
   for (const auto& [name, value] : r.options) {
@@ -97,6 +100,8 @@ void ThrowIfMissing(const Missing& missing, const HourRequest& r) {
   add("--irradiance", r.irradiance);
   if (r.components) text += " --components";
   add("--ratio", r.ratio);
+  add("--shadow", r.shadow);
+  add("--over", r.over);
   add("-o", r.output);
   throw InputError(text);
 }
@@ -160,6 +165,44 @@ void RequireSunUp(const HourLight& light,
   throw InputError(text.str());
 }
 
+// --- Ground --------------------------------------------------------------------------
+
+constexpr const char* kLayers = ".ora";
+
+// The tree's shadow is wanted, in a file of its own or below the tree.
+bool ShadowIsAsked(const HourRequest& r, const fs::path& output) {
+  return r.shadow || r.over || output.extension() == kLayers;
+}
+bool OldShadowGoes(const HourRequest& r) { return r.whole && !r.keep_shadow; }
+
+// Says what is wrong with the ground: nothing, when the camera and the tree stand on it.
+std::string GroundFault(const ExtinctionGrid& grid,
+                        const OccupiedVoxels& occupied,
+                        const Camera& camera,
+                        double ground_z_m) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "the ground at z = " << ground_z_m << " m ";
+  const double eye_m = camera.PositionInWorld().z();
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Eigen::Vector3i& cell : occupied.cell) {
+    const double z = grid.origin_m.z() + cell.z() * grid.cell_m;
+    low = std::min(low, z);
+    high = std::max(high, z + grid.cell_m);
+  }
+  if (eye_m <= ground_z_m) {
+    text << "is not below the camera, which is at " << eye_m << " m";
+  } else if (GroundShare(camera, ground_z_m) == 0) {
+    text << "is not in the picture";
+  } else if (low < high && (high <= ground_z_m || low > ground_z_m + (high - low))) {
+    text << "is not where the tree stands, which goes from " << low << " to " << high
+         << " m";
+  } else {
+    return {};
+  }
+  return text.str() + "; give its height with --ground Z_m";
+}
+
 // --- Planning ------------------------------------------------------------------------
 
 std::string DefaultOutputName(const HourPlan& plan) {
@@ -204,7 +247,7 @@ void RequireFolderFor(const fs::path& output) {
 void CheckOutputs(const HourPlan& plan) {
   std::vector<fs::path> inputs = {plan.photo};
   const HourRequest& r = plan.request;
-  for (const auto& given : {r.photo, r.matte, r.like}) {
+  for (const auto& given : {r.photo, r.matte, r.like, r.over}) {
     if (given) inputs.push_back(*given);
   }
   if (plan.capture) {
@@ -226,6 +269,7 @@ void CheckOutputs(const HourPlan& plan) {
     }
     outputs.push_back(*linear);
   }
+  if (r.shadow) outputs.push_back(*r.shadow);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     RequireNoInput(outputs[i], inputs);
     if (i > 0 || r.output) RequireFolderFor(outputs[i]);
@@ -235,13 +279,25 @@ void CheckOutputs(const HourPlan& plan) {
       throw OptionError(outputs[i].string() + ": is named for two outputs");
     }
   }
-  const std::string extension = plan.output.extension().string();
-  const std::vector<std::string> known = WritableExtensions();
-  if (std::find(known.begin(), known.end(), extension) == known.end()) {
+  const auto require_format = [](const fs::path& file, std::vector<std::string> known) {
+    if (std::find(known.begin(), known.end(), file.extension()) != known.end()) return;
     std::string list;
     for (const std::string& e : known) list += (list.empty() ? "" : " ") + e;
+    throw OptionError(file.string() + ": the format is told by the extension, one of " +
+                      list);
+  };
+  std::vector<std::string> formats = WritableExtensions();
+  if (r.shadow) require_format(*r.shadow, formats);
+  formats.emplace_back(kLayers);
+  require_format(plan.output, formats);
+  if (r.whole && r.over) {
+    throw OptionError(
+        "--whole is the tree on its own photo, --over on another; give one of them");
+  }
+  if (r.whole && plan.output.extension() == kLayers) {
     throw OptionError(plan.output.string() +
-                      ": the format is told by the extension, one of " + list);
+                      ": holds the tree and its shadow as layers; leave --whole out, or "
+                      "put the photo below them with --over");
   }
 }
 
@@ -593,7 +649,8 @@ HourPlan PlanHour(const HourRequest& request) {
       request.output.value_or(fs::is_directory(request.source)
                                   ? request.source / "out" / DefaultOutputName(plan)
                                   : plan.photo.parent_path() / DefaultOutputName(plan));
-  if (plan.output.extension() == ".jpg" || plan.output.extension() == ".jpeg") {
+  if (!request.over &&
+      (plan.output.extension() == ".jpg" || plan.output.extension() == ".jpeg")) {
     plan.request.whole = true;
   }
   CheckOutputs(plan);
@@ -755,6 +812,8 @@ Provenance ProvenanceOf(const HourPlan& plan, double exposure_ev) {
       {"target", LightJson(plan.target)},
       {"heading_deg", plan.heading_deg},
       {"whole", plan.request.whole},
+      {"keep_shadow", plan.request.keep_shadow},
+      {"over", plan.request.over ? plan.request.over->filename().string() : ""},
       {"exposure_ev", exposure_ev}};
   if (plan.capture) json["volume_hash"] = HashOfFile(plan.capture->folder / "volume.vdb");
   if (plan.place) {
@@ -935,6 +994,38 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
         "brighter there is not known");
   }
 
+  // The tree's shadow on the ground: the new one, and the old one in the photo
+  const auto shadow_of = [&](const HourLight& hour) {
+    return MakeGroundShadow(tree.grid, MakeDaylight(hour.sun, daylight), options.shadow);
+  };
+  const std::string fault =
+      GroundFault(tree.grid, tree.occupied, subject.camera, options.shadow.ground_z_m);
+  Montage montage;
+  if (ShadowIsAsked(plan.request, plan.output)) {
+    if (!fault.empty()) throw InputError(photo_file.string() + ": " + fault);
+    montage.shadow = ShadowImage(shadow_of(plan.target), subject.camera);
+  }
+  if (OldShadowGoes(plan.request) && subject.photo.alpha.empty()) {
+    if (!fault.empty()) {
+      result.notes.push_back(fault + "; the photo's own ground is left as it is");
+    } else {
+      const cv::Mat3f ground_ratio =
+          GroundRatio(subject.photo.pixels,
+                      subject.cut.alpha,
+                      shadow_of(plan.input),
+                      shadow_of(plan.target),
+                      subject.camera,
+                      AngleBetween(plan.input.sun.direction, plan.target.sun.direction),
+                      options.old_shadow);
+      subject.photo.pixels = ReshadowedPhoto(
+          subject.photo.pixels, subject.cut.alpha, subject.cut.foreground, ground_ratio);
+      result.notes.push_back(
+          "the tree's shadow is moved on the ground around it, approximately: all below "
+          "the horizon is taken as level ground; --keep-shadow leaves the ground as "
+          "taken");
+    }
+  }
+
   // Write, all or nothing of each file
   Photo output;
   if (plan.request.whole) {
@@ -949,15 +1040,39 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
     output.alpha = subject.cut.alpha;
   }
   if (result.exposure_ev != 0) output.pixels *= std::exp2(result.exposure_ev);
+  const bool layers = plan.output.extension() == kLayers;
+  if (plan.request.over) {
+    montage.backdrop = ReadPhoto(*plan.request.over, options.photo).pixels;
+    if (montage.backdrop.size() != output.pixels.size()) {
+      throw InputError(
+          plan.request.over->string() + ": is " + std::to_string(montage.backdrop.cols) +
+          " x " + std::to_string(montage.backdrop.rows) + " pixels, the photo " +
+          std::to_string(output.pixels.cols) + " x " +
+          std::to_string(output.pixels.rows) + "; give a backdrop of the photo's size");
+    }
+  }
+  if (layers || plan.request.over) {
+    montage.tree = output.pixels;
+    montage.alpha = output.alpha;
+    if (!layers) output = {.pixels = FlatPicture(montage)};
+  }
   relighting.Report(0.8);
   if (!plan.request.output && fs::is_directory(plan.request.source)) {
     MakeFolderOf(plan.request.source, "out");
   }
   WriteLight(plan, light, subject.photo.pixels.size(), result);
-  const WriteSummary written = WritePhoto(plan.output,
-                                          output,
-                                          ProvenanceOf(plan, result.exposure_ev),
-                                          {.quality = plan.request.quality});
+  const Provenance provenance = ProvenanceOf(plan, result.exposure_ev);
+  if (plan.request.shadow) {
+    WritePhoto(*plan.request.shadow,
+               {.pixels = montage.shadow},
+               provenance,
+               {.quality = plan.request.quality});
+    result.files.push_back(*plan.request.shadow);
+  }
+  const WriteSummary written =
+      layers ? WriteOpenRaster(plan.output, montage, provenance)
+             : WritePhoto(
+                   plan.output, output, provenance, {.quality = plan.request.quality});
   result.files.insert(result.files.begin(), plan.output);
   result.clipped_out = written.clipped_pixels;
   if (solid > 0 && written.clipped_pixels > solid / 100) {

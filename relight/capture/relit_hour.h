@@ -33,6 +33,9 @@ struct HourRequest {
   std::optional<double> distance_m;  // One photo alone: camera to tree.
   std::string exposure = "same";     // same, auto, or EV.
   bool whole = false;
+  bool keep_shadow = false;  // With `whole`: the ground as taken, its shadow too.
+  std::optional<std::filesystem::path> shadow;  // Of the wanted hour, on the ground.
+  std::optional<std::filesystem::path> over;    // A backdrop: the result is flat on it.
   bool force = false;
   std::optional<std::filesystem::path> irradiance, ratio;
   bool components = false;

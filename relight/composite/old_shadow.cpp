@@ -152,7 +152,7 @@ cv::Mat3f GroundRatio(const cv::Mat3f& photo,
                       const Progress& progress) {
   CheckFields(options);
   const double turns = DegFromRad(sun_turn_rad);
-  const double flecks = options.flecks ? 1 - std::exp(-turns * turns) : 0.0;
+  const double flecks = !options.volume_only ? 1 - std::exp(-turns * turns) : 0.0;
   const cv::Mat3f before = ShadowInPhoto(photo, alpha, input, camera, flecks);
   progress.Report(0.7);
   cv::Mat3f ratio = ShadowImage(target, camera);

@@ -36,8 +36,8 @@
 namespace relight {
 
 struct OldShadowOptions {
-  double floor = 0.2;  // f of (M9).
-  bool flecks = true;  // (M11); else i is the volume's own.
+  double floor = 0.2;        // f of (M9).
+  bool volume_only = false;  // No flecks of (M11): i is the volume's own.
 };
 
 template <class Visitor>
@@ -47,8 +47,11 @@ void Describe(OldShadowOptions& o, Visitor&& field) {
                   "",
                   "the photo's own shadow counts as this where it is deeper",
                   Between(0.01, 1)});
-  field(o.flecks,
-        FieldInfo{"old-shadow-flecks", "", "flecks of sun are told by the photo"});
+  field(
+      o.volume_only,
+      FieldInfo{"old-shadow-plain",
+                "",
+                "the photo's own shadow by the volume alone, not by its flecks of sun"});
 }
 
 // The shadow that the photo shows, of the volume's shadow `input` and by (M11). RGB in

@@ -105,7 +105,8 @@ class OfACapture(RelightCase):
         photo = write_png(self.folder / "graded.png", 480, 600, 3,
                           lambda x, y: (x * 100, y * 100, 30000), bits=16)
         output = self.folder / "x.png"
-        self.done(self.capture, "--photo", photo, "--to", "17:00", "--whole", "-o", output)
+        self.done(self.capture, "--photo", photo, "--to", "17:00", "--whole", "--keep-shadow",
+                  "-o", output)
         before, after = Png(photo), Png(output)
         matte = Png(self.capture / "mattes" / "view_00.png")
         outside = [i for i, a in enumerate(matte.samples) if a == 0]

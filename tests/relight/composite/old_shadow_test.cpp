@@ -81,7 +81,7 @@ TEST(OldShadow, MovesTheShadowOverAPlainLawn) {
                                         scene.evening,
                                         scene.camera,
                                         Scene::kHalfDay_rad,
-                                        {.floor = 0.05, .flecks = flecks});
+                                        {.floor = 0.05, .volume_only = !flecks});
     const cv::Mat3f moved = ReshadowedPhoto(photo, scene.no_tree, scene.lawn, ratio);
     // Nothing is deeper than the floor, so the volume's own shadow is undone exactly;
     // flecks are read from the photo: the lawn's level is blended, and what is nearly
@@ -154,7 +154,7 @@ TEST(OldShadow, IsFlooredAndLeavesTheSky) {
                                       none,
                                       level,
                                       Scene::kHalfDay_rad,
-                                      {.flecks = false});
+                                      {.volume_only = true});
   double most = 0;
   cv::minMaxLoc(ratio.reshape(1), nullptr, &most);
   EXPECT_NEAR(most, (1 + 0.2) / 0.2, 1e-4);  // (M9) with i = 0, t = 1
