@@ -38,15 +38,20 @@ openvdb::FloatGrid::Ptr EmptyVdb(const ExtinctionGrid& grid, const std::string& 
 }
 
 // OpenVDB puts a random id of 36 characters at a fixed place of the header: magic number
-// (8 bytes), three version numbers (4 each), one flag.
-void ReplaceRandomId(std::string& bytes) {
-  constexpr std::size_t kAt = 8 + 3 * 4 + 1, kLength = 36;
-  Require(bytes.size() > kAt + kLength && bytes[kAt + 8] == '-',
-          "OpenVDB's header is laid out as we know it");
-  bytes.replace(kAt, kLength, "00000000-0000-0000-0000-000000000000");
+// (8 bytes), three version numbers (4 each), one flag. Ours is a hash of all other bytes,
+// marked as version 8 of such ids (random ones are version 4).
+constexpr std::size_t kIdAt = 8 + 3 * 4 + 1, kIdLength = 36, kVersionAt = kIdAt + 14;
+
+bool HasId(const std::string& bytes) {
+  return bytes.size() > kIdAt + kIdLength && bytes[kIdAt + 8] == '-';
+}
+
+std::string ContentId(std::string bytes) {
+  bytes.replace(kIdAt, kIdLength, "00000000-0000-0000-0000-000000000000");
   std::string id = HashOfText(bytes);
   for (const std::size_t dash : {8u, 13u, 18u, 23u}) id.insert(dash, "-");
-  bytes.replace(kAt, kLength, id);
+  id[kVersionAt - kIdAt] = '8';
+  return id;
 }
 
 // In memory first: OpenVDB's own writer of files does not notice a disk that is full.
@@ -62,17 +67,28 @@ void WriteGrids(const fs::path& file,
   out.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_ZIP);
   out.write(grids, map);
   std::string bytes = std::move(stream).str();
-  ReplaceRandomId(bytes);
+  Require(HasId(bytes), "OpenVDB's header is laid out as we know it");
+  bytes.replace(kIdAt, kIdLength, ContentId(bytes));
   WriteTextWhole(file, bytes);
 }
 
+// OpenVDB takes a file that was cut off for one with fewer voxels, and believes any size
+// in a damaged one. So our own are read only when their id is that of their bytes, and
+// those of other programs from a stream that throws at its end.
 openvdb::GridPtrVecPtr ReadGrids(const fs::path& file) {
   InitializeOnce();
   if (!fs::exists(file)) throw InputError(file.string() + ": not there");
+  const std::string bytes = ReadText(file, std::size_t{1} << 33);
+  if (HasId(bytes) && bytes[kVersionAt] == '8' &&
+      bytes.compare(kIdAt, kIdLength, ContentId(bytes)) != 0) {
+    throw InputError(file.string() +
+                     ": is cut off or damaged; make it again with \"relight volume "
+                     "--force\"");
+  }
   try {
-    openvdb::io::File in(file.string());
-    in.open(/*delayLoad=*/false);
-    return in.getGrids();
+    std::istringstream in(bytes);
+    in.exceptions(std::ios::eofbit | std::ios::failbit | std::ios::badbit);
+    return openvdb::io::Stream(in, /*delayLoad=*/false).getGrids();
   } catch (
       const std::exception& error) {  // OpenVDB's and, for broken sizes, the library's
     // Of a damaged file it can quote a gigabyte

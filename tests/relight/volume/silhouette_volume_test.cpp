@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/volume/silhouette_volume.h"
+
+#include "relight/base/error.h"
+#include "relight/cameras/level_camera.h"
+#include "relight/volume/opacity_estimation.h"
+#include "tests/support/synthetic_canopy.h"
+
+#include <gtest/gtest.h>
+
+#include <iostream>
+
+namespace relight {
+namespace {
+
+constexpr double kDistance_m = 14.0;
+
+// A round crown of opacity `alpha` on a level photo.
+MatteView Crown(float alpha) {
+  const LevelCamera level =
+      MakeLevelCamera(200, 240, 300, 0.4, {100, 200}, 40, {.distance_m = kDistance_m});
+  MatteView view{"photo", level.camera, cv::Mat1f(240, 200, 0.0f)};
+  for (int row = 0; row < 240; ++row) {
+    for (int column = 0; column < 200; ++column) {
+      if (std::hypot(column + 0.5 - 100, row + 0.5 - 110) < 70) {
+        view.alpha(row, column) = alpha;
+      }
+    }
+  }
+  return view;
+}
+
+TEST(SilhouetteVolume, GivesItsMatteBack) {
+  for (const float alpha : {0.3f, 0.7f, 0.95f}) {
+    const MatteView view = Crown(alpha);
+    const ExtinctionGrid grid = SilhouetteVolume(view, kDistance_m);
+    const cv::Mat1f opacity = RenderOpacity(grid, view.camera);
+    double outer = 0, sum = 0, sum2 = 0;
+    int inner_count = 0, rim_count = 0;
+    for (int row = 0; row < 240; ++row) {
+      for (int column = 0; column < 200; ++column) {
+        const double radius = std::hypot(column + 0.5 - 100, row + 0.5 - 110);
+        const double error = opacity(row, column) - view.alpha(row, column);
+        if (radius < 60) {
+          sum += error;
+          sum2 += error * error;
+          ++inner_count;
+        } else if (radius > 76) {
+          outer = std::max(outer, std::abs(error));
+          ++rim_count;
+        }
+      }
+    }
+    const double rms = std::sqrt(sum2 / inner_count), mean = sum / inner_count;
+    std::cout << "alpha " << alpha << ": error inside rms " << rms << ", mean " << mean
+              << "; outside at most " << outer << "\n";
+    // A chord of some 60 voxels is off by one or two of them: 3 % of an optical depth of
+    // up to 3, times 1 - alpha
+    EXPECT_LT(rms, 0.02);
+    EXPECT_LT(std::abs(mean), 0.01);
+    EXPECT_LT(outer, 1e-6);  // Two voxels beyond the outline there is nothing
+    EXPECT_GT(rim_count, 0);
+  }
+}
+
+// As deep as it is wide, around the distance given.
+TEST(SilhouetteVolume, IsRound) {
+  const MatteView view = Crown(0.7f);
+  const ExtinctionGrid grid = SilhouetteVolume(view, kDistance_m);
+  const Eigen::Vector3d forward = view.camera.ForwardInWorld();
+  const Eigen::Vector3d right = view.camera.camera_from_world.linear().row(0);
+  Eigen::AlignedBox2d seen;  // Aside and ahead
+  for (const Eigen::Vector3i& cell : FindOccupied(grid).cell) {
+    const Eigen::Vector3d from_eye =
+        grid.Center(cell.x(), cell.y(), cell.z()) - view.camera.PositionInWorld();
+    seen.extend(Eigen::Vector2d(from_eye.dot(right), from_eye.dot(forward)));
+  }
+  const double radius_m = 70 * kDistance_m / 300;
+  // Voxels of 1/50 of the radius, and the near half that is seen 1/4 larger
+  EXPECT_NEAR(seen.max().y() - kDistance_m, radius_m, 0.05 * radius_m);
+  EXPECT_NEAR(kDistance_m - seen.min().y(), radius_m, 0.05 * radius_m);
+  EXPECT_NEAR(seen.center().x(), 0.0, 0.1 * radius_m);
+}
+
+TEST(SilhouetteVolume, TheScaleMultipliesTheExtinction) {
+  const ExtinctionGrid one = SilhouetteVolume(Crown(0.7f), kDistance_m, {.cells = 40});
+  const ExtinctionGrid half =
+      SilhouetteVolume(Crown(0.7f), kDistance_m, {.cells = 40, .scale = 0.5});
+  for (std::size_t i = 0; i < one.sigma_per_m.size(); ++i) {
+    EXPECT_EQ(one.sigma_per_m[i], 2 * half.sigma_per_m[i]);
+  }
+}
+
+TEST(SilhouetteVolume, DoesNotDependOnThreads) {
+  const auto with = [&](int threads) {
+    const tests::WithThreads limit(threads);
+    return SilhouetteVolume(Crown(0.7f), kDistance_m, {.cells = 40}).sigma_per_m;
+  };
+  EXPECT_TRUE(tests::SameBytes(with(1), with(2)));
+}
+
+TEST(SilhouetteVolume, RefusesAMatteWithoutATree) {
+  EXPECT_THROW(SilhouetteVolume(Crown(0.0f), kDistance_m), InputError);
+  EXPECT_THROW(SilhouetteVolume(Crown(0.05f), kDistance_m), InputError);
+}
+
+}  // namespace
+}  // namespace relight
