@@ -141,7 +141,9 @@ cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
   return seen;
 }
 
-// r = (t + e) / (i + e),   e = max(0, f - i)                                     (M9)
+// r = (t + e) / (i + e),   e = i max(0, f / Y(i) - 1)                            (M9)
+//
+// Black has no colour of its own: e tends to a grey f there.
 cv::Mat3f GroundRatio(const cv::Mat3f& photo,
                       const cv::Mat1f& alpha,
                       const GroundShadow& input,
@@ -159,9 +161,12 @@ cv::Mat3f GroundRatio(const cv::Mat3f& photo,
   const auto f = static_cast<float>(options.floor);
   for (int row = 0; row < ratio.rows; ++row) {
     for (int column = 0; column < ratio.cols; ++column) {
+      const cv::Vec3f& i = before(row, column);
+      constexpr float kBlack = 1e-3f, kLeast = 1e-6f;
+      const float lift = std::max(0.f, f / (Luminance(i) + kBlack) - 1);
       for (int c = 0; c < 3; ++c) {
-        const float i = before(row, column)[c], e = std::max(0.f, f - i);
-        ratio(row, column)[c] = (ratio(row, column)[c] + e) / (i + e);
+        const float e = lift * (i[c] + kBlack) + kLeast;
+        ratio(row, column)[c] = (ratio(row, column)[c] + e) / (i[c] + e);
       }
     }
   }

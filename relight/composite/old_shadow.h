@@ -7,11 +7,11 @@
 //
 // With i and t the shadows of input and target (ground_shadow.h), per channel,
 //
-//   r = (t + e) / (i + e),   e = max(0, f - i)                                  (M9)
+//   r = (t + e) / (i + e),   e = i max(0, f / Y(i) - 1), Y luminance            (M9)
 //
-// so that the input's shadow counts as f = 0.2 where it is deeper, and equal shadows
-// leave the photo as it is. A pixel that is partly tree, I = a F + (1 - a) B, changes by
-// its ground alone:
+// so that the input's shadow counts as f = 0.2 where it is deeper, in its own colour, and
+// equal shadows leave the photo as it is. A pixel that is partly tree,
+// I = a F + (1 - a) B, changes by its ground alone:
 //
 //   I' = I + (r - 1) max(0, I - a F)                                           (M10)
 //
