@@ -2,10 +2,14 @@
 #include "relight/volume/extinction_grid.h"
 
 #include "relight/base/error.h"
+#include "relight/volume/ray_traversal.h"
+#include "tests/support/made_cameras.h"
 #include "tests/support/synthetic_canopy.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace relight {
@@ -48,12 +52,34 @@ TEST(ExtinctionGrid, RefusesBoxesAndCountsThatMakeNoGrid) {
   EXPECT_THROW(EmptyGrid(endless, 10), OptionError);
 }
 
-// (V1): ten voxels that each let t through let t^10 through, at any voxel size.
+// (V1): an opacity of 0.3 a voxel stays that of the whole when the voxel is eight.
 TEST(ExtinctionGrid, ExtinctionKeepsItsMeaningWhenTheVoxelsAreSplit) {
-  const double alpha = 0.3, cell_m = 0.25;
-  const double sigma = -std::log(1 - alpha) / cell_m;
-  EXPECT_NEAR(std::exp(-sigma * cell_m), 0.7, 1e-15);
-  EXPECT_NEAR(std::pow(std::exp(-sigma * cell_m / 10), 10), 0.7, 1e-15);
+  ExtinctionGrid grid = tests::RandomCanopy({4, 5, 3}, 0.3, 4.0, /*seed=*/32);
+  grid.sigma_per_m[grid.Index(1, 2, 1)] = static_cast<float>(-std::log(0.7) / 0.3);
+  ExtinctionGrid split = grid;
+  split.cells = 2 * grid.cells;
+  split.cell_m = grid.cell_m / 2;
+  split.sigma_per_m.resize(split.Count());
+  for (int z = 0; z < split.cells.z(); ++z) {
+    for (int y = 0; y < split.cells.y(); ++y) {
+      for (int x = 0; x < split.cells.x(); ++x) {
+        split.sigma_per_m[split.Index(x, y, z)] =
+            grid.sigma_per_m[grid.Index(x / 2, y / 2, z / 2)];
+      }
+    }
+  }
+  std::mt19937 random(33);
+  for (int i = 0; i < 200; ++i) {
+    const Ray ray{grid.Center(1, 2, 1), tests::RandomDirection(random)};
+    EXPECT_NEAR(OpticalDepth(grid, ray), OpticalDepth(split, ray), 1e-10);
+  }
+  // Straight up through the middle of one voxel alone
+  std::fill(split.sigma_per_m.begin(), split.sigma_per_m.end(), 0.0f);
+  for (const int z : {2, 3}) {
+    split.sigma_per_m[split.Index(2, 4, z)] = grid.sigma_per_m[grid.Index(1, 2, 1)];
+  }
+  const Ray up{split.Center(2, 4, 0), Eigen::Vector3d::UnitZ()};
+  EXPECT_NEAR(1 - std::exp(-OpticalDepth(split, up)), 0.3, 1e-7);  // A float
 }
 
 TEST(ExtinctionGrid, FindsWhatIsNotEmptyInTheGridsOrder) {
