@@ -59,13 +59,17 @@ int Main(std::vector<std::string> words) {
     return kBadUsage;
   }
 
-  // A first word that is no verb is what `hour` works on
-  const bool has_verb = words[0].starts_with("-") ||
+  // A first word, after the program's own flags, that is no verb is what `hour` works on
+  auto first = words.begin();
+  while (first != words.end() && first->starts_with("-")) {
+    first += *first == "--threads" && first + 1 != words.end() ? 2 : 1;
+  }
+  const bool has_verb = first == words.end() ||
                         std::any_of(verbs.begin(), verbs.end(), [&](const Verb& verb) {
-                          return verb.app->get_name() == words[0];
+                          return verb.app->get_name() == *first;
                         });
-  if (!has_verb && words[0].find_first_of("./") == std::string::npos &&
-      !std::filesystem::exists(words[0])) {
+  if (!has_verb && first->find_first_of("./") == std::string::npos &&
+      !std::filesystem::exists(*first)) {
     std::string names;
     for (const Verb& verb : verbs) {
       if (verb.app->get_group().empty()) continue;
@@ -74,11 +78,11 @@ int Main(std::vector<std::string> words) {
     fmt::print(stderr,
                "relight: \"{}\" is neither a verb ({}) nor a photo or folder that is "
                "there; see relight --help\n",
-               words[0],
+               *first,
                names);
     return kBadUsage;
   }
-  if (!has_verb) words.insert(words.begin(), "hour");
+  if (!has_verb) words.insert(first, "hour");
   std::reverse(words.begin(), words.end());  // As CLI11 takes them
   try {
     program.parse(words);

@@ -8,12 +8,13 @@ namespace fs = std::filesystem;
 
 fs::path MakeFolderOf(const fs::path& capture, const fs::path& name) {
   const fs::path folder = capture / name;
-  const auto inside =
-      fs::weakly_canonical(folder).lexically_relative(fs::weakly_canonical(capture));
+  const bool leads_nowhere = fs::is_symlink(folder) && !fs::exists(folder);
+  const fs::path real = fs::weakly_canonical(
+      leads_nowhere ? folder.parent_path() / fs::read_symlink(folder) : folder);
+  const fs::path inside = real.lexically_relative(fs::weakly_canonical(capture));
   if (inside.empty() || *inside.begin() == "..") {
     throw InputError(folder.string() + ": is a link that leads out of the capture, to " +
-                     fs::weakly_canonical(folder).string() +
-                     "; put a folder in its place");
+                     real.string() + "; put a folder in its place");
   }
   std::error_code error;
   fs::create_directories(folder, error);
