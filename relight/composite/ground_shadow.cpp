@@ -452,9 +452,14 @@ GroundShadow MakeGroundShadow(const ExtinctionGrid& grid,
     if (sun[c] > 0) shadow.sun_share[c] = static_cast<float>(sun[c] / (sun[c] + sky[c]));
   }
 
+  // A sun so low that nobody sees its shadow
+  if (shadow.sun_share.maxCoeff() < static_cast<float>(kLeastShadow)) {
+    shadow.sun_share.setZero();
+  }
+
   const Eigen::AlignedBox3d box = BoxAbove(grid, options.ground_z_m);
   if (box.isEmpty()) return shadow;
-  if ((sun > 0).any()) {
+  if ((shadow.sun_share > 0).any()) {
     shadow.sun = SunMap(
         grid, box, daylight.sun_direction, options.ground_z_m, progress.Part(0, 0.3));
   }
