@@ -296,7 +296,7 @@ GroundMap SunMap(const ExtinctionGrid& grid,
 // uniform sky from level ground: the view factor of an upright rectangle,
 //
 //   F(d) = (a - d/r b) / pi,   a = atan(w / 2d), r^2 = d^2 + h^2, b = atan(w / 2r)
-//                                                                               (M6)
+//                                                                               (G1)
 double ReachOfSkyShadow(double width_m, double height_m, double share) {
   const auto hidden = [&](double d) {
     const double r = std::hypot(d, height_m);
@@ -308,7 +308,7 @@ double ReachOfSkyShadow(double width_m, double height_m, double share) {
 }
 
 // `count` directions over the upper hemisphere, as dense as the cosine to the zenith:
-//   z_i^2 = 1 - (i + 1/2) / count,   phi_i = i pi (3 - sqrt 5)                   (M7)
+//   z_i^2 = 1 - (i + 1/2) / count,   phi_i = i pi (3 - sqrt 5)                   (G2)
 std::vector<Eigen::Vector3d> CosineDirections(int count) {
   const double golden_angle = pi * (3.0 - std::sqrt(5.0));
   std::vector<Eigen::Vector3d> directions;

@@ -16,7 +16,7 @@ float Encoded(float linear) { return SrgbFromLinear(std::clamp(linear, 0.f, 1.f)
 
 }  // namespace
 
-// D = (1 - a) D_b D_s + a D_t                                                   (M8)
+// D = (1 - a) D_b D_s + a D_t                                                   (G3)
 cv::Mat3f FlatDisplay(const Montage& montage) {
   const cv::Size size = montage.tree.size();
   Require(montage.alpha.size() == size &&

@@ -7,7 +7,7 @@
 // encoded value (relight/photo/color.h) of tree t, shadow s and backdrop b, cut to [0,
 // 1], and a the tree's alpha,
 //
-//   D = (1 - a) D_b D_s + a D_t                                                 (M8)
+//   D = (1 - a) D_b D_s + a D_t                                                 (G3)
 //
 // which is what GIMP 2.10 makes of an 8-bit sRGB image: *multiply (legacy)* under *normal
 // (legacy)*. The flat picture is computed without the layers' rounding to 8 bits, and
@@ -28,7 +28,7 @@ struct Montage {
   cv::Mat3f backdrop = {};  // Empty: white.
 };
 
-// D of (M8), in [0, 1].
+// D of (G3), in [0, 1].
 cv::Mat3f FlatDisplay(const Montage& montage);
 
 // The same as linear light.

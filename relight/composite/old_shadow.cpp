@@ -45,7 +45,7 @@ cv::Mat1f Spread(const cv::Mat1f& weighted, const cv::Mat1f& weight) {
   return filled;
 }
 
-// B of (M11): the ground's luminance as it is without a shadow, smooth.
+// B of (G6): the ground's luminance as it is without a shadow, smooth.
 cv::Mat1f GroundLevel(const cv::Mat3f& photo,
                       const cv::Mat1f& alpha,
                       const cv::Mat1f& sun_left,
@@ -79,7 +79,7 @@ cv::Mat1f GroundLevel(const cv::Mat3f& photo,
 
 }  // namespace
 
-// T' = clamp(((I / B - d) / (l - d) - u) / (v - u), 0, 1)                       (M11)
+// T' = clamp(((I / B - d) / (l - d) - u) / (v - u), 0, 1)                       (G6)
 cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
                         const cv::Mat1f& alpha,
                         const GroundShadow& input,
@@ -141,7 +141,7 @@ cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
   return seen;
 }
 
-// r = (t + e) / (i + e),   e = i max(0, f / Y(i) - 1)                            (M9)
+// r = (t + e) / (i + e),   e = i max(0, f / Y(i) - 1)                            (G4)
 //
 // Black has no colour of its own: e tends to a grey f there.
 cv::Mat3f GroundRatio(const cv::Mat3f& photo,
@@ -174,7 +174,7 @@ cv::Mat3f GroundRatio(const cv::Mat3f& photo,
   return ratio;
 }
 
-// I' = I + (r - 1) max(0, I - a F)                                              (M10)
+// I' = I + (r - 1) max(0, I - a F)                                              (G5)
 cv::Mat3f ReshadowedPhoto(const cv::Mat3f& photo,
                           const cv::Mat1f& alpha,
                           const cv::Mat3f& foreground,

@@ -7,13 +7,13 @@
 //
 // With i and t the shadows of input and target (ground_shadow.h), per channel,
 //
-//   r = (t + e) / (i + e),   e = i max(0, f / Y(i) - 1), Y luminance            (M9)
+//   r = (t + e) / (i + e),   e = i max(0, f / Y(i) - 1), Y luminance            (G4)
 //
 // so that the input's shadow counts as f = 0.2 where it is deeper, in its own colour, and
 // equal shadows leave the photo as it is. A pixel that is partly tree,
 // I = a F + (1 - a) B, changes by its ground alone:
 //
-//   I' = I + (r - 1) max(0, I - a F)                                           (M10)
+//   I' = I + (r - 1) max(0, I - a F)                                           (G5)
 //
 // i as the volume has it is a mean: it knows how much sun comes through the crown, but
 // not through which gap, and the ground divided by it keeps the old flecks of sun. The
@@ -21,7 +21,7 @@
 // shadow, and i = d + T (l - d), d all shade and l full sun, the sun's part that a pixel
 // shows is
 //
-//   T' = clamp(((I / B - d) / (l - d) - u) / (v - u), 0, 1),  u = 0.05, v = 0.85  (M11)
+//   T' = clamp(((I / B - d) / (l - d) - u) / (v - u), 0, 1),  u = 0.05, v = 0.85  (G6)
 //
 // taken in place of T where the volume casts a shadow near by: what is nearly all shade,
 // or nearly full sun, counts as such and keeps its texture. For suns g apart it counts by
@@ -36,8 +36,8 @@
 namespace relight {
 
 struct OldShadowOptions {
-  double floor = 0.2;        // f of (M9).
-  bool volume_only = false;  // No flecks of (M11): i is the volume's own.
+  double floor = 0.2;        // f of (G4).
+  bool volume_only = false;  // No flecks of (G6): i is the volume's own.
 };
 
 template <class Visitor>
@@ -54,16 +54,16 @@ void Describe(OldShadowOptions& o, Visitor&& field) {
                 "the photo's own shadow by the volume alone, not by its flecks of sun"});
 }
 
-// The shadow that the photo shows, of the volume's shadow `input` and by (M11). RGB in
+// The shadow that the photo shows, of the volume's shadow `input` and by (G6). RGB in
 // [0, 1]. `photo` is linear, `alpha` the tree's matte, both of the camera's size;
-// `flecks` in [0, 1] is how much (M11) counts.
+// `flecks` in [0, 1] is how much (G6) counts.
 cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
                         const cv::Mat1f& alpha,
                         const GroundShadow& input,
                         const Camera& camera,
                         double flecks = 1.0);
 
-// r of (M9); `sun_turn_rad` is the angle between the two suns. 1 where there is no
+// r of (G4); `sun_turn_rad` is the angle between the two suns. 1 where there is no
 // ground. Throws OptionError, Cancelled.
 cv::Mat3f GroundRatio(const cv::Mat3f& photo,
                       const cv::Mat1f& alpha,
@@ -74,7 +74,7 @@ cv::Mat3f GroundRatio(const cv::Mat3f& photo,
                       const OldShadowOptions& options = {},
                       const Progress& progress = {});
 
-// I' of (M10), with F the tree's own colours, straight. The tree is as it was.
+// I' of (G5), with F the tree's own colours, straight. The tree is as it was.
 cv::Mat3f ReshadowedPhoto(const cv::Mat3f& photo,
                           const cv::Mat1f& alpha,
                           const cv::Mat3f& foreground,

@@ -47,7 +47,8 @@ class OfACapture(RelightCase):
                 self.assertTrue((self.capture / "out" / name).is_file())
 
     def test_json_and_nothing_else_on_stdout(self):
-        answer = self.done("hour", self.capture, "--view", "view_04", "--to", "17:00", "--json").json
+        answer = self.done("hour", self.capture, "--view", "view_04", "--to", "17:00",
+                           "--json").json
         self.assertEqual(answer["files"], [str(self.capture / "out" / "view_04_1700.png")])
         self.assertEqual(answer["view"], "view_04")
         self.assertAlmostEqual(answer["heading_deg"], 115.2, delta=0.1)  # As the camera is posed
@@ -174,7 +175,8 @@ class OfACapture(RelightCase):
         self.assertGreater(checked, 100)
 
     def test_light_given_as_the_camera_sees_it(self):
-        answer = self.done(self.capture, "--lit-from", "180,60", "--to-light", "90,20", "--json").json
+        answer = self.done(self.capture, "--lit-from", "180,60", "--to-light", "90,20",
+                           "--json").json
         self.assertAlmostEqual(answer["input"]["azimuth_deg"],
                                (answer["heading_deg"] + 180) % 360, places=6)
         self.assertAlmostEqual(answer["target"]["azimuth_deg"],
@@ -216,7 +218,8 @@ class OfACapture(RelightCase):
     def test_info_of_a_capture(self):
         answer = self.done("info", self.capture, "--json").json
         self.assertEqual([v["name"] for v in answer["views"]], list(VIEWS))
-        self.assertEqual(answer["views"][0]["light"], "front light")  # Sun in the south, camera north
+        # Sun in the south, camera north
+        self.assertEqual(answer["views"][0]["light"], "front light")
         self.assertEqual(answer["lacks"], [])
         self.assertIn("view_04", self.done("info", self.capture).out)
 
@@ -285,7 +288,8 @@ class OfOnePhoto(RelightCase):
         outcome = self.done("matte", "photo.jpg", "--trimap", SAMPLE / "trimaps" / "view_00.png",
                             "--foreground", "f.exr", cwd=self.folder)
         self.assertEqual(outcome.out.split(), ["f.exr", "photo_matte.png"])
-        matte, trimap = Png(self.folder / "photo_matte.png"), Png(SAMPLE / "trimaps" / "view_00.png")
+        matte = Png(self.folder / "photo_matte.png")
+        trimap = Png(SAMPLE / "trimaps" / "view_00.png")
         self.assertEqual((matte.bits, matte.channels), (16, 1))
         for a, t in zip(matte.samples, trimap.samples):
             if t in (0, 255):

@@ -45,7 +45,7 @@ image.write(sys.argv[2])
 def relight(*words, check=True):
     done = subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True)
     if check and done.returncode != 0:
-        raise AssertionError(f"relight {' '.join(map(str, words))}: {done.returncode}\n{done.stderr}")
+        raise AssertionError(f"relight {words}: {done.returncode}\n{done.stderr}")
     return done
 
 
@@ -68,17 +68,19 @@ class RealPhotos(unittest.TestCase):
 
     def test_brighton_has_the_sun_that_its_shadows_show(self):
         # SOURCE.md: shadows at 77.6 and 80.8 deg, 21:33 UTC
-        sky = json.loads(relight("sky", "--place", "46.842,-91.993", "--taken", "2016-06-23T16:33-05:00",
-                                 "--json").stdout)
+        sky = json.loads(relight("sky", "--place", "46.842,-91.993", "--json",
+                                 "--taken", "2016-06-23T16:33-05:00").stdout)
         shadow = (sky["sun_azimuth_deg"] + 180) % 360
         self.assertAlmostEqual(shadow, 79.2, delta=2.5)  # The two shadows differ by 3.2 deg
         relight("init", self.work / "park", PHOTOS / "brighton_park" / "images")
-        relight("cameras", self.work / "park", "--import", "colmap", PHOTOS / "brighton_park" / "sparse_enu")
+        relight("cameras", self.work / "park", "--import", "colmap",
+                PHOTOS / "brighton_park" / "sparse_enu")
 
     def test_one_photo_alone_is_relit_by_directions(self):
         photo = PHOTOS / "single_trees" / "oak_bark_2.jpg"
         trimap, matte = self.work / "trimap.png", self.work / "matte.png"
-        made = subprocess.run(["/usr/bin/python3", "-c", TRIMAP, photo, trimap], capture_output=True, text=True)
+        made = subprocess.run(["/usr/bin/python3", "-c", TRIMAP, photo, trimap],
+                              capture_output=True, text=True)
         if "ModuleNotFoundError" in made.stderr:
             self.skipTest("needs Debian's python3-openimageio and python3-scipy")
         self.assertEqual(made.returncode, 0, made.stderr)
@@ -89,8 +91,8 @@ class RealPhotos(unittest.TestCase):
             self.assertIn(option, missing.stderr)
         keep = os.environ.get("RELIGHT_KEEP")
         out = pathlib.Path(keep) if keep else self.work
-        done = relight("hour", photo, "--matte", matte, "--lit-from", "150,60", "--to-light", "-80,20",
-                       "-o", out / "oak.jpg")
+        done = relight("hour", photo, "--matte", matte, "--lit-from", "150,60",
+                       "--to-light", "-80,20", "-o", out / "oak.jpg")
         self.assertIn("round silhouette", done.stderr)
         self.assertIn("from the left", done.stderr)
         self.assertGreater((out / "oak.jpg").stat().st_size, 10000)
