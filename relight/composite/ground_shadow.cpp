@@ -121,7 +121,7 @@ struct PhasedRow {
 
 // Optical depths of the texels of row `j` of `map`: sigma is interpolated in the layer,
 //
-//   D(p) = sum over cuts of length * sigma(p + shift)                           (M5)
+//   D(p) = sum over cuts of length * sigma(p + shift)                           (G11)
 void RowDepth(const ExtinctionGrid& grid,
               const RowExtents& extents,
               const std::vector<Cut>& cuts,
@@ -234,7 +234,7 @@ std::vector<Eigen::Vector3d> SunDisc(const Eigen::Vector3d& sun, int rings) {
   return directions;
 }
 
-// T(p) = mean of tau(p, w) over the sun's disc                                  (M3)
+// T(p) = mean of tau(p, w) over the sun's disc                                  (G9)
 GroundMap SunMap(const ExtinctionGrid& grid,
                  const Eigen::AlignedBox3d& box,
                  const Eigen::Vector3d& sun,
@@ -321,7 +321,7 @@ std::vector<Eigen::Vector3d> CosineDirections(int count) {
   return directions;
 }
 
-// V(p) = sum_i L(w_i) tau(p, w_i) / sum_i L(w_i)                                 (M4)
+// V(p) = sum_i L(w_i) tau(p, w_i) / sum_i L(w_i)                                 (G10)
 GroundMap SkyMap(const ExtinctionGrid& grid,
                  const Eigen::AlignedBox3d& box,
                  const Daylight& daylight,
@@ -443,7 +443,7 @@ GroundShadow MakeGroundShadow(const ExtinctionGrid& grid,
   GroundShadow shadow;
   shadow.ground_z_m = options.ground_z_m;
 
-  // q = S sin(e) / (S sin(e) + k E_h)                                            (M2)
+  // q = S sin(e) / (S sin(e) + k E_h)                                            (G8)
   const Eigen::Array3d sun =
       (daylight.sun_irradiance * std::max(0.0, daylight.sun_direction.z())).max(0.0);
   const Eigen::Array3d sky =

@@ -7,10 +7,10 @@
 // At a point p of the plane z = ground_z_m, with S the sun's irradiance on a plane that
 // faces it, L the sky's radiance and tau the transmittance of the volume,
 //
-//   s(p) = E_with(p) / E_without = q T(p) + (1 - q) V(p)                        (M1)
-//   q    = S sin(e) / (S sin(e) + k E_h),   e the sun's elevation               (M2)
-//   T(p) = mean of tau(p, w) over the sun's disc                                (M3)
-//   V(p) = sum_i L(w_i) tau(p, w_i) / sum_i L(w_i)                              (M4)
+//   s(p) = E_with(p) / E_without = q T(p) + (1 - q) V(p)                        (G7)
+//   q    = S sin(e) / (S sin(e) + k E_h),   e the sun's elevation               (G8)
+//   T(p) = mean of tau(p, w) over the sun's disc                                (G9)
+//   V(p) = sum_i L(w_i) tau(p, w_i) / sum_i L(w_i)                              (G10)
 //
 // E_h is the sky's irradiance on the ground (relight/sh/sky_coefficients.h), and the w_i
 // are spread with the density of the cosine. Sun and sky part in colour, so a shadow of
@@ -40,8 +40,8 @@ inline constexpr double kSunDiameter_deg = 0.533;
 
 struct GroundShadowOptions {
   double ground_z_m = 0.0;   // Of the level ground; the tree's foot is near 0.
-  int sky_directions = 256;  // Of (M4).
-  double sky_level = 0.3;    // k of (M2).
+  int sky_directions = 256;  // Of (G10).
+  double sky_level = 0.3;    // k of (G8).
 };
 
 template <class Visitor>
@@ -70,11 +70,11 @@ struct GroundMap {
 // The shadow on the ground, before any camera.
 struct GroundShadow {
   double ground_z_m = 0.0;
-  Eigen::Array3f sun_share = Eigen::Array3f::Zero();  // q of (M2), in [0, 1].
-  GroundMap sun;                                      // T of (M3), one channel.
-  GroundMap sky;                                      // V of (M4), RGB.
+  Eigen::Array3f sun_share = Eigen::Array3f::Zero();  // q of (G8), in [0, 1].
+  GroundMap sun;                                      // T of (G9), one channel.
+  GroundMap sky;                                      // V of (G10), RGB.
 
-  // s of (M1) at a point of the ground, in [0, 1].
+  // s of (G7) at a point of the ground, in [0, 1].
   cv::Vec3f At(const Eigen::Vector2d& ground_m) const;
 };
 
@@ -86,7 +86,7 @@ GroundShadow MakeGroundShadow(const ExtinctionGrid& grid,
                               const GroundShadowOptions& options = {},
                               const Progress& progress = {});
 
-// s of (M1) in the rows row_begin … row_end - 1 of the camera, the mean over each pixel;
+// s of (G7) in the rows row_begin … row_end - 1 of the camera, the mean over each pixel;
 // 1 where a ray does not meet the ground. RGB, linear, in [0, 1].
 cv::Mat3f ShadowRows(const GroundShadow& shadow,
                      const Camera& camera,
