@@ -57,7 +57,7 @@ method = "default"
   EXPECT_EQ(capture.options.at("turbidity").text, "3.5");
   EXPECT_EQ(capture.options.at("cells").text, "100");
   EXPECT_EQ(capture.options.at("densify").text, "true");
-  EXPECT_TRUE(Holds(capture.options.at("method").where, "capture.toml:19"));
+  EXPECT_TRUE(Holds(capture.options.at("method").where, "capture.toml:18"));
 }
 
 TEST_F(CaptureFileTest, EmptyIsAllowed) {
