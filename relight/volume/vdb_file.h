@@ -24,8 +24,8 @@ void WriteVolume(const std::filesystem::path& file,
 
 // Throws InputError naming the file and the remedy: not VDB, cut off or damaged, no
 // "extinction" of floats, voxels not cubes along the axes of the world, more than 1024
-// along a side, a value negative or not finite. Damage is found in the files written here,
-// by their hash, and a missing end in those of other programs.
+// along a side, a value negative or not finite. Damage is found in the files written
+// here, by their hash, and a missing end in those of other programs.
 ExtinctionGrid ReadVolume(const std::filesystem::path& file);
 
 // Values of the non-empty voxels only, one FloatGrid a channel named NAME_0, NAME_1, …

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// Transmittance of all voxels of a crown along one direction: rows at a time, as the light
-// volume is made, against a ray traversal from each voxel; and a copy of as many floats as
-// the volume has, for scale. Read the ratios, not the times.
+// Transmittance of all voxels of a crown along one direction: rows at a time, as the
+// light volume is made, against a ray traversal from each voxel; and a copy of as many
+// floats as the volume has, for scale. Read the ratios, not the times.
 
 #include "relight/scattering/transmittance.h"
 #include "relight/volume/ray_traversal.h"
@@ -51,8 +51,8 @@ void ByRays(benchmark::State& state) {
   for (auto _ : state) {
     for (std::size_t v = 0; v < transmittance.size(); ++v) {
       const Eigen::Vector3i& at = occupied.cell[v];
-      transmittance[v] = static_cast<float>(
-          std::exp(-OpticalDepth(grid, {grid.Center(at.x(), at.y(), at.z()), kDirection})));
+      transmittance[v] = static_cast<float>(std::exp(
+          -OpticalDepth(grid, {grid.Center(at.x(), at.y(), at.z()), kDirection})));
     }
     benchmark::DoNotOptimize(transmittance.data());
   }
