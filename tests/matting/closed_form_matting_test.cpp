@@ -115,10 +115,18 @@ TEST(ClosedFormMatting, KeepsWhatTheTrimapKnows) {
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
       // Beyond the system's margin exactly; inside it as lambda = 100 holds it
-      if (x < 13) EXPECT_EQ(alpha(y, x), 0.0f);
-      if (x >= 37) EXPECT_EQ(alpha(y, x), 1.0f);
-      if (x < 15) EXPECT_NEAR(alpha(y, x), 0.0f, 0.02);
-      if (x >= 35) EXPECT_NEAR(alpha(y, x), 1.0f, 0.02);
+      if (x < 13) {
+        EXPECT_EQ(alpha(y, x), 0.0f);
+      }
+      if (x >= 37) {
+        EXPECT_EQ(alpha(y, x), 1.0f);
+      }
+      if (x < 15) {
+        EXPECT_NEAR(alpha(y, x), 0.0f, 0.02);
+      }
+      if (x >= 35) {
+        EXPECT_NEAR(alpha(y, x), 1.0f, 0.02);
+      }
       EXPECT_GE(alpha(y, x), 0.0f);
       EXPECT_LE(alpha(y, x), 1.0f);
     }

@@ -61,8 +61,12 @@ TEST(ForegroundColors, IsThePhotoWhereTheMatteIsSure) {
   const ForegroundColors colors = EstimateForeground(scene.image, scene.alpha);
   for (int y = 0; y < scene.alpha.rows; ++y) {
     for (int x = 0; x < scene.alpha.cols; ++x) {
-      if (scene.alpha(y, x) == 1) EXPECT_EQ(colors.foreground(y, x), scene.image(y, x));
-      if (scene.alpha(y, x) == 0) EXPECT_EQ(colors.background(y, x), scene.image(y, x));
+      if (scene.alpha(y, x) == 1) {
+        EXPECT_EQ(colors.foreground(y, x), scene.image(y, x));
+      }
+      if (scene.alpha(y, x) == 0) {
+        EXPECT_EQ(colors.background(y, x), scene.image(y, x));
+      }
       for (int c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(colors.foreground(y, x)[c]));
     }
   }
