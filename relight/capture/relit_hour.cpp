@@ -347,10 +347,12 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   // Light of both hours, and the ratio
   const DaylightOptions daylight = DaylightOf(options.light);
   const auto arriving = [&](const HourLight& light) {
-    return LightArriving(tree.grid,
-                         tree.occupied,
-                         tree.sky_transmittance,
-                         MakeDaylight(light.sun, daylight));
+    return LightArriving(
+        tree.grid,
+        tree.occupied,
+        tree.sky_transmittance,
+        MakeDaylight(light.sun, daylight),
+        {.sun_directions = options.light.method == Method::kDefault ? 16 : 1});
   };
   const ViewLight light =
       LightOfView(tree.grid,
