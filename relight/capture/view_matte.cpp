@@ -121,10 +121,13 @@ bool MakeMatte(const Capture& capture,
   const auto trimap = FileOfView(capture, "trimaps", view.name);
   const Photo photo = ReadPhoto(capture.PhotoOf(view), options);
   const cv::Mat1f alpha = MatteFromTrimap(photo, *trimap, progress.Part(0, 0.7));
-  const cv::Mat3f foreground = ForegroundOf(photo, alpha, progress.Part(0.7, 1));
   MakeFolderOf(capture.folder, "mattes");
   MakeFolderOf(capture.folder, ForegroundFile(view).parent_path());
   WriteMatte(capture.folder / MatteFile(view), alpha);
+
+  // Colours of the matte as it is on the disk, so that making them later gives the same
+  const cv::Mat3f foreground = ForegroundOf(
+      photo, ReadMatte(capture.folder / MatteFile(view)), progress.Part(0.7, 1));
   WriteLinear(capture.folder / ForegroundFile(view), {{"", foreground}});
   records.Remember(
       StageOf(view), KeyFromTrimap(capture, view, *trimap, options), {MatteFile(view)});
