@@ -166,6 +166,7 @@ MatteEstimate Solve(const cv::Mat3f& image,
                                 progress.Part(0.3, 1.0));
   for (const PixelRun& run : pixels.runs) {
     for (int i = 0; i < run.length; ++i) {
+      if (trimap(run.y, run.x + i) != kTrimapUnknown) continue;  // As the user said
       alpha(run.y, run.x + i) = static_cast<float>(
           std::clamp(x[static_cast<std::size_t>(run.below[0] + i)], 0.0, 1.0));
     }

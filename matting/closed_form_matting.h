@@ -64,7 +64,8 @@ struct MatteEstimate {
 
 // `linear`: the photo in linear light, where a half-covered pixel is half of each colour
 // (docs/decisions/0002). `trimap`: trimap.h. Starts from the solution at half the size.
-// Throws InputError (sizes differ, no sure foreground or background), OptionError,
+// Known pixels come back exactly as the trimap has them. Throws InputError (sizes differ,
+// no sure foreground or background), OptionError,
 // Cancelled. The result does not depend on the threads.
 MatteEstimate EstimateMatte(const cv::Mat3f& linear,
                             const cv::Mat1b& trimap,
