@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Pictures to the bytes of a file. Private to this folder; the only writer of pixels.
+// Pictures to the bytes of a file, also for relight/composite; the only writer of pixels.
 //
 // Files are made in memory and put on the disk by WriteFileWhole: a full disk is noticed
 // there, whatever the format's own library makes of it (the JPEG library ends the
