@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/flags.h"
+#include "cli/console.h"
 #include "cli/verbs.h"
+#include "cli/view_options.h"
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/capture/relit_hour.h"
@@ -24,8 +25,9 @@ nlohmann::json LightJson(const HourLight& light) {
 int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console) {
   const HourPlan plan = PlanHour(request);
   SayAll(console, plan.notes);
-  const HourResult result = RunHour(plan, ShowStages(console, plan.stages));
-  Say(console, "photo: " + plan.input.words + ". Wanted: " + plan.target.words + ".");
+  const HourResult result = RunHour(plan, ShowStages(console, plan.view.stages));
+  Say(console,
+      "photo: " + plan.view.input.words + ". Wanted: " + plan.target.words + ".");
   SayAll(console, result.notes);
   Say(console,
       fmt::format("the tree is {:.2f} times as bright as in the photo{}",
@@ -43,12 +45,12 @@ int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console
   std::vector<std::string> notes = plan.notes;
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   nlohmann::json stages = nlohmann::json::array();
-  for (const PlannedStage& stage : plan.stages) stages.push_back(stage.name);
+  for (const PlannedStage& stage : plan.view.stages) stages.push_back(stage.name);
   fmt::print("{}\n",
              nlohmann::json({{"files", files},
-                             {"view", plan.view},
-                             {"heading_deg", plan.heading_deg},
-                             {"input", LightJson(plan.input)},
+                             {"view", plan.view.name},
+                             {"heading_deg", plan.view.heading_deg},
+                             {"input", LightJson(plan.view.input)},
                              {"target", LightJson(plan.target)},
                              {"stages", stages},
                              {"mean_ratio", result.mean_ratio},
@@ -69,9 +71,7 @@ Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
   auto request = std::make_shared<HourRequest>();
   auto json = std::make_shared<bool>(false);
   HourRequest& r = *request;
-  app->add_option("source", r.source, "capture folder, or one photo")
-      ->required()
-      ->type_name("DIR|PHOTO");
+  AddViewOptions(*app, r);
 
   const char* wanted = "Wanted light";
   app->add_option(
@@ -95,41 +95,7 @@ Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
       ->type_name("same|auto|EV")
       ->group(wanted);
 
-  const char* facts = "What the photo does not say itself";
-  app->add_option(
-         "--place", r.place, "where: latitude and longitude, north and east positive")
-      ->type_name("LAT,LON")
-      ->group(facts);
-  app->add_option("--zone", r.zone, "time zone: Europe/Paris or +02:00")
-      ->type_name("NAME")
-      ->group(facts);
-  app->add_option("--taken", r.taken, "when the photo was taken")
-      ->type_name("WHEN")
-      ->group(facts);
-  app->add_option("--heading", r.heading, "where the camera looked, from true north")
-      ->type_name("DEG|SW")
-      ->group(facts);
-  app->add_option(
-         "--lit-from", r.lit_from, "in place of all these: the sun as the camera saw it")
-      ->type_name("AZ,EL")
-      ->group(facts);
-  app->add_option(
-         "--matte", r.matte, "which pixels are tree: a grey picture, or one with alpha")
-      ->type_name("FILE")
-      ->group(facts);
-  app->add_option("--distance",
-                  r.distance_m,
-                  "one photo alone: camera to tree; left out, the tree is 8 m high")
-      ->type_name("M")
-      ->check(CLI::PositiveNumber.description(""))
-      ->group(facts);
-
   const char* output = "Output";
-  app->add_option("--view", r.view, "which photo of the capture [the first]")
-      ->type_name("NAME");
-  app->add_option(
-         "--photo", r.photo, "a retouched or rendered picture in place of the view's own")
-      ->type_name("FILE");
   app->add_option(
          "-o,--output",
          r.output,
@@ -172,12 +138,7 @@ Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
   app->add_flag("--force", r.force, "make every stage again")->group(output);
   app->add_flag("--json", *json, "print the result as JSON")->group(output);
 
-  AddFlags(*app, LightOptions(), "Light", r.options);
-  AddFlags(*app, ReadPhotoOptions(), "Photo", r.options);
-  AddFlags(*app, OpacityOptions(), "Volume", r.options);
-  AddFlags(*app, SkyTransmittanceOptions(), "Volume", r.options);
-  AddFlags(*app, GroundShadowOptions(), "Shadow", r.options);
-  AddFlags(*app, OldShadowOptions(), "Shadow", r.options);
+  AddModelOptions(*app, r);
   return {app, [request, json, &console] { return RunVerb(*request, *json, console); }};
 }
 

@@ -42,6 +42,7 @@ int Main(std::vector<std::string> words) {
       ->check(CLI::Range(0, 1024).description(""));
 
   const std::vector<Verb> verbs = {AddHour(program, console),
+                                   AddDay(program, console),
                                    AddInit(program, console),
                                    AddCameras(program, console),
                                    AddMatte(program, console),

@@ -24,6 +24,7 @@ Verb AddCameras(CLI::App& program, const ConsoleOptions& console);
 Verb AddMatte(CLI::App& program, const ConsoleOptions& console);
 Verb AddVolume(CLI::App& program, const ConsoleOptions& console);
 Verb AddHour(CLI::App& program, const ConsoleOptions& console);
+Verb AddDay(CLI::App& program, const ConsoleOptions& console);
 Verb AddSky(CLI::App& program, const ConsoleOptions& console);
 Verb AddEvaluate(CLI::App& program, const ConsoleOptions& console);
 Verb AddInfo(CLI::App& program, const ConsoleOptions& console);

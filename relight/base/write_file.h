@@ -21,6 +21,15 @@ void WriteFileWhole(
 // The same for text or bytes at hand.
 void WriteTextWhole(const std::filesystem::path& file, std::string_view text);
 
+// For programs that write a file themselves: a new name beside `file`, of the same
+// extension; and what takes its place when it is whole. Throws InputError.
+std::filesystem::path TemporaryFor(const std::filesystem::path& file);
+void TakeName(const std::filesystem::path& temporary, const std::filesystem::path& file);
+
+// Removes what runs of relight that were killed left in `folder`: temporary files of
+// processes that are no more.
+void RemoveLeftovers(const std::filesystem::path& folder);
+
 // All of a file. Throws InputError when it cannot be read, or is larger than
 // `limit_bytes`.
 std::string ReadText(const std::filesystem::path& file,

@@ -4,19 +4,16 @@
 // One photo relit to another hour: what `relight hour` and the plug-in run. Makes the
 // stages that are not up to date, and writes.
 
-#include "relight/base/progress.h"
 #include "relight/capture/hour_plan.h"
+#include "relight/capture/prepared_view.h"
+#include "relight/photo/write_photo.h"
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
 namespace relight {
-
-// Called at the start of each stage; the Progress it answers is that stage's.
-using StageStart = std::function<Progress(const PlannedStage& stage)>;
 
 struct HourResult {
   std::vector<std::filesystem::path> files;

@@ -80,22 +80,24 @@ cv::Mat1f GroundLevel(const cv::Mat3f& photo,
 }  // namespace
 
 // T' = clamp(((I / B - d) / (l - d) - u) / (v - u), 0, 1)                       (G6)
-cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
-                        const cv::Mat1f& alpha,
-                        const GroundShadow& input,
-                        const Camera& camera,
-                        double flecks) {
+PhotoShadow ShadowInPhoto(const cv::Mat3f& photo,
+                          const cv::Mat1f& alpha,
+                          const GroundShadow& input,
+                          const Camera& camera,
+                          const OldShadowOptions& options,
+                          const Progress& progress) {
+  CheckFields(options);
   Require(photo.rows == camera.height_px && photo.cols == camera.width_px &&
               alpha.size() == photo.size(),
           "a photo and its matte of the camera's size");
-  const cv::Mat3f shadow = ShadowImage(input, camera);
-  if (flecks <= 0 || input.sun.values.empty()) return shadow;
+  const cv::Mat3f shadow = ShadowImage(input, camera, progress.Part(0, 0.4));
+  if (options.volume_only || input.sun.values.empty()) return {shadow, shadow};
 
   // T alone, and where there is ground at all
   GroundShadow sun_alone = input;
   sun_alone.sun_share.setOnes();
   std::vector<cv::Mat1f> channels;
-  cv::split(ShadowImage(sun_alone, camera), channels);
+  cv::split(ShadowImage(sun_alone, camera, progress.Part(0.4, 0.7)), channels);
   const cv::Mat1f sun_left = channels[0];
   cv::Mat1b ground(photo.size(), 0);
   const double height_m = input.ground_z_m - camera.PositionInWorld().z();
@@ -107,6 +109,7 @@ cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
       }
     }
   });
+  progress.Report(0.75);
   const cv::Mat1f level = GroundLevel(photo, alpha, sun_left, shadow, ground);
 
   // Near by: within 1 % of the picture's height, for the volume errs by about a voxel
@@ -123,30 +126,29 @@ cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
     for (int column = 0; column < photo.cols; ++column) {
       const float near_shadow =
           std::clamp(10 * (1 - least_sun_near(row, column)), 0.f, 1.f);
-      const float counts = static_cast<float>(flecks) * near_shadow;
       const float b = level(row, column);
-      if (ground(row, column) == 0 || counts <= 0 || !(b > 0)) continue;
+      if (ground(row, column) == 0 || near_shadow <= 0 || !(b > 0)) continue;
       cv::Vec3f share(input.sun_share[0], input.sun_share[1], input.sun_share[2]);
       const cv::Vec3f shade = shadow(row, column) - sun_left(row, column) * share;
       const float d = Luminance(shade), range = Luminance(share);
       const float i = Luminance(photo(row, column)) / b;
       const float sun =
           std::clamp(((i - d) / range - kShade) / (kSun - kShade), 0.f, 1.f);
-      const float taken = sun_left(row, column) + counts * (sun - sun_left(row, column));
+      const float taken =
+          sun_left(row, column) + near_shadow * (sun - sun_left(row, column));
       for (int c = 0; c < 3; ++c) {
         seen(row, column)[c] = std::clamp(shade[c] + taken * share[c], 0.f, 1.f);
       }
     }
   }
-  return seen;
+  progress.Report(1.0);
+  return {shadow, seen};
 }
 
 // r = (t + e) / (i + e),   e = i max(0, f / Y(i) - 1)                            (G4)
 //
 // Black has no colour of its own: e tends to a grey f there.
-cv::Mat3f GroundRatio(const cv::Mat3f& photo,
-                      const cv::Mat1f& alpha,
-                      const GroundShadow& input,
+cv::Mat3f GroundRatio(const PhotoShadow& input,
                       const GroundShadow& target,
                       const Camera& camera,
                       double sun_turn_rad,
@@ -154,23 +156,28 @@ cv::Mat3f GroundRatio(const cv::Mat3f& photo,
                       const Progress& progress) {
   CheckFields(options);
   const double turns = DegFromRad(sun_turn_rad);
-  const double flecks = !options.volume_only ? 1 - std::exp(-turns * turns) : 0.0;
-  const cv::Mat3f before = ShadowInPhoto(photo, alpha, input, camera, flecks);
-  progress.Report(0.7);
-  cv::Mat3f ratio = ShadowImage(target, camera);
+  const auto flecks = static_cast<float>(1 - std::exp(-turns * turns));
   const auto f = static_cast<float>(options.floor);
-  for (int row = 0; row < ratio.rows; ++row) {
-    for (int column = 0; column < ratio.cols; ++column) {
-      const cv::Vec3f& i = before(row, column);
-      constexpr float kBlack = 1e-3f, kLeast = 1e-6f;
-      const float lift = std::max(0.f, f / (Luminance(i) + kBlack) - 1);
-      for (int c = 0; c < 3; ++c) {
-        const float e = lift * (i[c] + kBlack) + kLeast;
-        ratio(row, column)[c] = (ratio(row, column)[c] + e) / (i[c] + e);
-      }
-    }
-  }
-  progress.Report(1.0);
+  cv::Mat3f ratio(input.cast.size());
+  ParallelRanges(
+      ratio.rows,
+      kRowsAtOnce,
+      [&](int begin, int end) {
+        const cv::Mat3f after = ShadowRows(target, camera, begin, end);
+        for (int row = begin; row < end; ++row) {
+          for (int column = 0; column < ratio.cols; ++column) {
+            const cv::Vec3f& cast = input.cast(row, column);
+            const cv::Vec3f i = cast + flecks * (input.seen(row, column) - cast);
+            constexpr float kBlack = 1e-3f, kLeast = 1e-6f;
+            const float lift = std::max(0.f, f / (Luminance(i) + kBlack) - 1);
+            for (int c = 0; c < 3; ++c) {
+              const float e = lift * (i[c] + kBlack) + kLeast;
+              ratio(row, column)[c] = (after(row - begin, column)[c] + e) / (i[c] + e);
+            }
+          }
+        }
+      },
+      progress);
   return ratio;
 }
 
@@ -183,16 +190,18 @@ cv::Mat3f ReshadowedPhoto(const cv::Mat3f& photo,
               ratio.size() == photo.size(),
           "images of one size");
   cv::Mat3f result = photo.clone();
-  for (int row = 0; row < photo.rows; ++row) {
-    for (int column = 0; column < photo.cols; ++column) {
-      const float a = std::clamp(alpha(row, column), 0.f, 1.f);
-      for (int c = 0; c < 3; ++c) {
-        const float tree = a > 0 ? a * foreground(row, column)[c] : 0.f;
-        const float ground = std::max(0.f, photo(row, column)[c] - tree);
-        result(row, column)[c] += (ratio(row, column)[c] - 1) * ground;
+  ParallelRanges(photo.rows, kRowsAtOnce, [&](int begin, int end) {
+    for (int row = begin; row < end; ++row) {
+      for (int column = 0; column < photo.cols; ++column) {
+        const float a = std::clamp(alpha(row, column), 0.f, 1.f);
+        for (int c = 0; c < 3; ++c) {
+          const float tree = a > 0 ? a * foreground(row, column)[c] : 0.f;
+          const float ground = std::max(0.f, photo(row, column)[c] - tree);
+          result(row, column)[c] += (ratio(row, column)[c] - 1) * ground;
+        }
       }
     }
-  }
+  });
   return result;
 }
 

@@ -54,20 +54,25 @@ void Describe(OldShadowOptions& o, Visitor&& field) {
                 "the photo's own shadow by the volume alone, not by its flecks of sun"});
 }
 
-// The shadow that the photo shows, of the volume's shadow `input` and by (G6). RGB in
-// [0, 1]. `photo` is linear, `alpha` the tree's matte, both of the camera's size;
-// `flecks` in [0, 1] is how much (G6) counts.
-cv::Mat3f ShadowInPhoto(const cv::Mat3f& photo,
-                        const cv::Mat1f& alpha,
-                        const GroundShadow& input,
-                        const Camera& camera,
-                        double flecks = 1.0);
+// The tree's shadow in the photo, RGB in [0, 1]: what divides it away is
+// cast + flecks (seen - cast), with `flecks` in [0, 1] how much (G6) counts.
+struct PhotoShadow {
+  cv::Mat3f cast;  // By the volume.
+  cv::Mat3f seen;  // By (G6).
+};
+
+// `photo` is linear, `alpha` the tree's matte, both of the camera's size. With
+// `volume_only`, and where the sun casts no shadow, `seen` is `cast`. Throws Cancelled.
+PhotoShadow ShadowInPhoto(const cv::Mat3f& photo,
+                          const cv::Mat1f& alpha,
+                          const GroundShadow& input,
+                          const Camera& camera,
+                          const OldShadowOptions& options = {},
+                          const Progress& progress = {});
 
 // r of (G4); `sun_turn_rad` is the angle between the two suns. 1 where there is no
 // ground. Throws OptionError, Cancelled.
-cv::Mat3f GroundRatio(const cv::Mat3f& photo,
-                      const cv::Mat1f& alpha,
-                      const GroundShadow& input,
+cv::Mat3f GroundRatio(const PhotoShadow& input,
                       const GroundShadow& target,
                       const Camera& camera,
                       double sun_turn_rad,

@@ -19,6 +19,22 @@ double VoxelPixels(const ExtinctionGrid& grid, const Camera& camera) {
   return camera.focal_px.mean() * grid.cell_m / distance_m;
 }
 
+// M' of (R2), 0 outside the matte.
+cv::Mat3f MeanInside(const ViewLight& light, const IrradianceImage& image) {
+  return MeanLight(image.Total(),
+                   light.images.weight,
+                   light.inside,
+                   {.smoothing_px = light.smoothing_px});
+}
+
+// Enlarging reads a pixel or two beyond the matte's edge: the light goes on there.
+cv::Mat3f Continued(const ViewLight& light, const cv::Mat3f& mean) {
+  if (!light.is_smaller) return mean;
+  cv::Mat1f known(mean.size(), 0.0f);
+  known.setTo(1.0f, light.inside);
+  return MeanLight(mean, known, cv::Mat1b(mean.size(), 255));
+}
+
 }  // namespace
 
 ViewLight LightOfView(const ExtinctionGrid& grid,
@@ -38,8 +54,8 @@ ViewLight LightOfView(const ExtinctionGrid& grid,
   ViewLight light;
   light.camera = camera;
   cv::Mat1f small_alpha = alpha;
-  const bool shrunk = shrink > 1.25;
-  if (shrunk) {
+  light.is_smaller = shrink > 1.25;
+  if (light.is_smaller) {
     light.camera =
         camera.Resized(std::max(1, static_cast<int>(std::lround(alpha.cols / shrink))),
                        std::max(1, static_cast<int>(std::lround(alpha.rows / shrink))));
@@ -51,18 +67,17 @@ ViewLight LightOfView(const ExtinctionGrid& grid,
                cv::INTER_AREA);
   }
 
-  const cv::Mat1b inside = small_alpha > 0.004f;
-  const std::array<ArrivingLight, 2> lights = {input, target};
-  light.images = SingleScattering(grid, occupied, lights, light.camera, inside, progress);
-
+  light.inside = small_alpha > 0.004f;
   // Light that is enlarged must not show its voxels' edges
-  MeanLightOptions mean;
-  if (shrunk || options.smooth) mean.smoothing_px = 0.5 * VoxelPixels(grid, light.camera);
-  light.input_light =
-      MeanLight(light.images.lights[0].Total(), light.images.weight, inside, mean);
-  light.target_light =
-      MeanLight(light.images.lights[1].Total(), light.images.weight, inside, mean);
-  light.floor = RatioFloor(light.input_light, options.ratio);
+  if (light.is_smaller || options.smooth)
+    light.smoothing_px = 0.5 * VoxelPixels(grid, light.camera);
+  const std::array<ArrivingLight, 2> lights = {input, target};
+  light.images =
+      SingleScattering(grid, occupied, lights, light.camera, light.inside, progress);
+  const cv::Mat3f input_mean = MeanInside(light, light.images.lights[0]);
+  light.floor = RatioFloor(input_mean, options.ratio);
+  light.input_light = Continued(light, input_mean);
+  light.target_light = Continued(light, MeanInside(light, light.images.lights[1]));
 
   const cv::Mat1b solid = small_alpha > 0.5f;
   const int solid_count = cv::countNonZero(solid);
@@ -70,19 +85,20 @@ ViewLight LightOfView(const ExtinctionGrid& grid,
     const cv::Mat weak = solid & (light.images.weight < 0.001f);
     light.weak_share = static_cast<double>(cv::countNonZero(weak)) / solid_count;
   }
-
-  // Enlarging reads a pixel or two beyond the matte's edge: continue the light there
-  if (shrunk) {
-    const cv::Mat1b everywhere(inside.size(), 255);
-    const cv::Mat1f known = [&] {
-      cv::Mat1f weight(inside.size(), 0.0f);
-      weight.setTo(1.0f, inside);
-      return weight;
-    }();
-    light.input_light = MeanLight(light.input_light, known, everywhere);
-    light.target_light = MeanLight(light.target_light, known, everywhere);
-  }
   return light;
+}
+
+ViewLight UnderTarget(const ViewLight& light,
+                      const ExtinctionGrid& grid,
+                      const OccupiedVoxels& occupied,
+                      const ArrivingLight& target,
+                      const Progress& progress) {
+  ViewLight other = light;
+  ScatteringImages images = SingleScattering(
+      grid, occupied, {&target, 1}, light.camera, light.inside, progress);
+  other.images.lights[1] = std::move(images.lights[0]);
+  other.target_light = Continued(other, MeanInside(other, other.images.lights[1]));
+  return other;
 }
 
 cv::Mat3f RatioRows(const ViewLight& light,

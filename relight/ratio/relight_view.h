@@ -27,7 +27,11 @@ struct RelightViewOptions {
 struct ViewLight {
   Camera camera;                        // Of these images: the view's, perhaps resized.
   ScatteringImages images;              // lights[0]: input, lights[1]: target.
-  cv::Mat3f input_light, target_light;  // (R2), 0 outside the matte.
+  cv::Mat1b inside;                     // The matte's pixels, and
+  double smoothing_px = 0.0;            // their light's blur, at this resolution.
+  bool is_smaller = false;              // Than the photo.
+  cv::Mat3f input_light, target_light;  // (R2); outside the matte 0, or continued when
+                                        // smaller.
   cv::Vec3f floor;                      // Of the ratio.
   double weak_share =
       0.0;  // Pixels of the matte (alpha > 0.5) whose ray meets no volume.
@@ -41,6 +45,14 @@ ViewLight LightOfView(const ExtinctionGrid& grid,
                       const Camera& camera,
                       const cv::Mat1f& alpha,
                       const RelightViewOptions& options = {},
+                      const Progress& progress = {});
+
+// The same view under another target; all that belongs to the input is kept. The same
+// bits as LightOfView's. Throws Cancelled.
+ViewLight UnderTarget(const ViewLight& light,
+                      const ExtinctionGrid& grid,
+                      const OccupiedVoxels& occupied,
+                      const ArrivingLight& target,
                       const Progress& progress = {});
 
 // The ratio for rows [row_begin, row_end) of the view at its full size.

@@ -62,7 +62,10 @@ TEST(OldShadow, TheSameHourIsTheSamePhoto) {
   for (cv::Vec3f& color : foreground) color = {uniform(random), uniform(random), 0.4f};
   for (float& a : alpha) a = std::max(0.f, 2 * uniform(random) - 1);
   const cv::Mat3f ratio =
-      GroundRatio(photo, alpha, scene.morning, scene.morning, scene.camera, 0.0);
+      GroundRatio(ShadowInPhoto(photo, alpha, scene.morning, scene.camera),
+                  scene.morning,
+                  scene.camera,
+                  0.0);
   EXPECT_TRUE(SameBytes(ratio, cv::Mat3f(ratio.size(), cv::Vec3f::all(1))));
   EXPECT_TRUE(SameBytes(ReshadowedPhoto(photo, alpha, foreground, ratio), photo));
 }
@@ -75,13 +78,13 @@ TEST(OldShadow, MovesTheShadowOverAPlainLawn) {
   const cv::Mat3f photo = scene.lawn.mul(before);
   const cv::Mat3f expected = scene.lawn.mul(after);
   for (const bool flecks : {false, true}) {
-    const cv::Mat3f ratio = GroundRatio(photo,
-                                        scene.no_tree,
-                                        scene.morning,
-                                        scene.evening,
-                                        scene.camera,
-                                        Scene::kHalfDay_rad,
-                                        {.floor = 0.05, .volume_only = !flecks});
+    const OldShadowOptions options{.floor = 0.05, .volume_only = !flecks};
+    const cv::Mat3f ratio = GroundRatio(
+        ShadowInPhoto(photo, scene.no_tree, scene.morning, scene.camera, options),
+        scene.evening,
+        scene.camera,
+        Scene::kHalfDay_rad,
+        options);
     const cv::Mat3f moved = ReshadowedPhoto(photo, scene.no_tree, scene.lawn, ratio);
     // Nothing is deeper than the floor, so the volume's own shadow is undone exactly;
     // flecks are read from the photo: the lawn's level is blended, and what is nearly
@@ -119,7 +122,8 @@ TEST(OldShadow, KnowsTheFlecksOfSun) {
     }
   }
   ASSERT_GT(in_shadow, 200);
-  const cv::Mat3f seen = ShadowInPhoto(photo, scene.no_tree, scene.morning, scene.camera);
+  const cv::Mat3f seen =
+      ShadowInPhoto(photo, scene.no_tree, scene.morning, scene.camera).seen;
   for (int row = 0; row < photo.rows; ++row) {
     for (int column = 0; column < photo.cols; ++column) {
       if (mean(row, column)[1] >= 0.7f * lit(row, column)[1]) continue;
@@ -150,13 +154,11 @@ TEST(OldShadow, IsFlooredAndLeavesTheSky) {
   black.sun_share.setConstant(0.5f);  // Grey, at its edge too
   const GroundShadow none = With(scene.morning, 1, 1);
   const Camera level = LookingAt({0, -9, 2}, {0, 1, 2}, 160, 120, 130);
-  const cv::Mat3f ratio = GroundRatio(scene.lawn,
-                                      scene.no_tree,
-                                      black,
-                                      none,
-                                      level,
-                                      Scene::kHalfDay_rad,
-                                      {.volume_only = true});
+  const cv::Mat3f ratio = GroundRatio(
+      ShadowInPhoto(scene.lawn, scene.no_tree, black, level, {.volume_only = true}),
+      none,
+      level,
+      Scene::kHalfDay_rad);
   double most = 0;
   cv::minMaxLoc(ratio.reshape(1), nullptr, &most);
   EXPECT_NEAR(most, (1 + 0.2) / 0.2, 0.05);  // (M9) with i near 0, t = 1
@@ -196,8 +198,7 @@ TEST(OldShadow, HalvesTheErrorOfARenderedGround) {
       }
       return std::sqrt(sum);
     };
-    const cv::Mat3f volume = ShadowInPhoto(with, no_tree, shadow, camera, 0.0);
-    const cv::Mat3f seen = ShadowInPhoto(with, no_tree, shadow, camera);
+    const auto [volume, seen] = ShadowInPhoto(with, no_tree, shadow, camera);
     const double before = error(nullptr);
     std::cout << file.substr(0, 12) << ": error left, volume's shadow "
               << error(&volume) / before << ", as the photo shows it "

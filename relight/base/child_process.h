@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Another program, started without a shell: words reach it as they are.
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace relight {
+
+// The program of this name on PATH; nothing when there is none.
+std::optional<std::filesystem::path> FindProgram(const std::string& name);
+
+// A running program that is fed through its standard input. It has a process group of its
+// own, so that Ctrl-C is ours to act on, and is killed when this object goes before
+// Finish.
+class ChildProcess {
+ public:
+  // `arguments` without the program's own name. Throws InputError when it cannot start.
+  ChildProcess(const std::filesystem::path& program,
+               const std::vector<std::string>& arguments);
+  ~ChildProcess();
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+
+  // False when the program reads no more, mostly because it has ended.
+  bool Write(std::string_view bytes);
+
+  // Ends the input and waits. What it printed on standard error, at most some lines, is
+  // in `messages`. True when it ended well.
+  bool Finish(std::string* messages);
+
+ private:
+  pid_t process_ = -1;
+  int input_ = -1;     // Our end of its standard input.
+  int messages_ = -1;  // A file in memory.
+};
+
+}  // namespace relight

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/prepared_view.h"
+
+#include "relight/base/angles.h"
+#include "relight/base/error.h"
+#include "relight/cameras/level_camera.h"
+#include "relight/composite/ground_shadow.h"
+#include "relight/photo/photo_facts.h"
+#include "relight/photo/read_photo.h"
+#include "relight/volume/silhouette_volume.h"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <tuple>
+
+namespace relight {
+namespace fs = std::filesystem;
+namespace {
+
+// Says what is wrong with the ground: nothing, when the camera and the tree stand on it.
+std::string GroundFault(const ExtinctionGrid& grid,
+                        const OccupiedVoxels& occupied,
+                        const Camera& camera,
+                        double ground_z_m) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "the ground at z = " << ground_z_m << " m ";
+  const double eye_m = camera.PositionInWorld().z();
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Eigen::Vector3i& cell : occupied.cell) {
+    const double z = grid.origin_m.z() + cell.z() * grid.cell_m;
+    low = std::min(low, z);
+    high = std::max(high, z + grid.cell_m);
+  }
+  if (eye_m <= ground_z_m) {
+    text << "is not below the camera, which is at " << eye_m << " m";
+  } else if (GroundShare(camera, ground_z_m) == 0) {
+    text << "is not in the picture";
+  } else if (low < high && (high <= ground_z_m || low > ground_z_m + (high - low))) {
+    text << "is not where the tree stands, which goes from " << low << " to " << high
+         << " m";
+  } else {
+    return {};
+  }
+  return text.str() + "; give its height with --ground Z_m";
+}
+
+// Camera and volume of one photo alone.
+std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
+                                          const cv::Mat1f& alpha,
+                                          std::vector<std::string>& notes) {
+  int top = -1, bottom = -1;
+  double foot_sum = 0, foot_count = 0;
+  for (int row = 0; row < alpha.rows; ++row) {
+    double sum = 0, count = 0;
+    for (int column = 0; column < alpha.cols; ++column) {
+      if (alpha(row, column) < 0.5f) continue;
+      sum += column + 0.5;
+      ++count;
+    }
+    if (count == 0) continue;
+    if (top < 0) top = row;
+    bottom = row;
+    foot_sum = sum;
+    foot_count = count;
+  }
+  if (top < 0) {
+    throw InputError(plan.photo.string() +
+                     ": its matte holds no tree (no pixel above 0.5); give "
+                     "another with --matte");
+  }
+  const PhotoFacts facts = ReadPhotoFacts(plan.photo);
+  double focal_35mm_mm = kPhoneFocal35mm_mm;
+  if (facts.focal_35mm_mm) {
+    focal_35mm_mm = *facts.focal_35mm_mm;
+  } else {
+    notes.push_back(
+        "no focal length in EXIF: 26 mm (35 mm equivalent), a phone's, is taken");
+  }
+  LevelCameraOptions options;
+  if (plan.request.distance_m) options.distance_m = *plan.request.distance_m;
+  const LevelCamera level =
+      MakeLevelCamera(alpha.cols,
+                      alpha.rows,
+                      FocalPixelsFrom35mm(focal_35mm_mm, alpha.cols, alpha.rows),
+                      RadFromDeg(plan.heading_deg),
+                      {foot_sum / foot_count, bottom + 1.0},
+                      top,
+                      options);
+  std::ostringstream note;
+  note.precision(3);
+  note << "one photo alone: the tree's depth is not known, and its volume is a round "
+          "silhouette ("
+       << "each row as deep as it is wide), " << level.tree_height_m << " m high at "
+       << level.distance_m << " m"
+       << (plan.request.distance_m ? ""
+                                   : " (8 m high is assumed; --distance M tells better)")
+       << "; the camera is held level at 1.6 m. Photos from several sides give a better "
+          "result";
+  notes.push_back(note.str());
+  const ExtinctionGrid grid =
+      SilhouetteVolume({plan.name, level.camera, alpha},
+                       level.distance_m,
+                       {.cells = plan.options.volume.cells,
+                        .alpha_max = plan.options.volume.alpha_max,
+                        .scale = plan.options.volume.scale});
+  return {level.camera, grid};
+}
+
+CutOut CutOutAlone(const ViewPlan& plan, const Photo& photo, const Progress& progress) {
+  CutOut cut;
+  if (plan.request.matte) {
+    cut.alpha = ReadMatteFor(*plan.request.matte, photo.pixels.size(), plan.photo);
+    cut.matte_source = plan.request.matte->string();
+  } else {
+    cut.alpha = photo.alpha;
+    cut.matte_source = "the photo's alpha";
+  }
+  cut.foreground = ForegroundOf(photo, cut.alpha, progress);
+  return cut;
+}
+
+using Begin = std::function<Progress(const std::string& stage)>;
+
+// The stage that follows those of every view.
+Progress BeginVerb(const ViewPlan& plan, const Begin& begin) {
+  for (const PlannedStage& stage : plan.stages) {
+    if (stage.name != "mattes" && stage.name != "volume" && stage.name != "light")
+      return begin(stage.name);
+  }
+  return {};
+}
+
+// Throws InputError when photo and camera are not of one shape.
+Camera CameraFor(const cv::Mat3f& pixels, const Camera& camera, const fs::path& file) {
+  const double stretch = static_cast<double>(pixels.cols) * camera.height_px /
+                         (static_cast<double>(pixels.rows) * camera.width_px);
+  if (std::abs(stretch - 1) <= 0.01) return camera.Resized(pixels.cols, pixels.rows);
+  throw InputError(file.string() + ": is " + std::to_string(pixels.cols) + " x " +
+                   std::to_string(pixels.rows) + " pixels, its camera " +
+                   std::to_string(camera.width_px) + " x " +
+                   std::to_string(camera.height_px) +
+                   ": not the same picture; give one of the camera's proportions");
+}
+
+void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& view) {
+  const Capture& capture = *plan.capture;
+  const CaptureOptions& options = plan.options;
+  const bool force = plan.request.force;
+  StageRecords records(capture.folder);
+  const std::map<std::string, Camera> cameras = CamerasOf(capture);
+
+  // Mattes of all views, the volume from them, its transmittance
+  const Progress mattes = begin("mattes");
+  const auto count = static_cast<double>(cameras.size());
+  double done = 0;
+  for (const auto& [name, camera] : cameras) {
+    MakeMatte(capture,
+              FindView(capture, name),
+              records,
+              options.photo,
+              force,
+              mattes.Part(done / count, (done + 1) / count));
+    ++done;
+  }
+  if (VolumeIsStale(capture, records, options, force)) {
+    const OpacitySummary summary = MakeVolume(capture, records, options, begin("volume"));
+    if (summary.residual_rms > 0.35) {
+      view.notes.push_back(
+          "the volume fits its mattes badly (rms " +
+          std::to_string(summary.residual_rms).substr(0, 4) +
+          "): cameras and mattes may not belong together; look at volume.vdb");
+    }
+  }
+  view.tree = TreeOf(capture, records, options, force, begin("light"));
+
+  // The view's own pixels
+  view.progress = BeginVerb(plan, begin);
+  const Progress reading = view.progress.Part(0, 0.3);
+  const ViewEntry& entry = FindView(capture, plan.name);
+  view.photo = ReadPhoto(plan.PhotoFile(), options.photo);
+  const bool own_alpha = !view.photo.alpha.empty();
+  if (plan.request.matte || (plan.request.photo && own_alpha)) {
+    view.cut = CutOutAlone(plan, view.photo, reading);
+  } else if (plan.request.photo) {
+    const auto matte = FileOfView(capture, "mattes", entry.name);
+    view.cut.alpha =
+        matte ? ReadMatteFor(*matte, view.photo.pixels.size(), plan.PhotoFile())
+              : MatteOf(capture, entry);
+    view.cut.foreground = ForegroundOf(view.photo, view.cut.alpha, reading);
+  } else {
+    view.cut = CutOutOf(capture, entry, view.photo, records, options.photo, reading);
+  }
+  view.camera = CameraFor(view.photo.pixels, cameras.at(plan.name), plan.PhotoFile());
+}
+
+void PrepareAlone(const ViewPlan& plan, const Begin& begin, PreparedView& view) {
+  const Progress making = begin("volume");
+  view.photo = ReadPhoto(plan.photo, plan.options.photo);
+  view.cut = CutOutAlone(plan, view.photo, making);
+  std::tie(view.camera, view.tree.grid) = StandIn(plan, view.cut.alpha, view.notes);
+  view.tree.occupied = FindOccupied(view.tree.grid);
+  view.tree.sky_transmittance = ProjectTransmittance(
+      view.tree.grid, view.tree.occupied, plan.options.sky_transmittance, begin("light"));
+  view.progress = BeginVerb(plan, begin);
+}
+
+}  // namespace
+
+PreparedView PrepareView(const ViewPlan& plan, const StageStart& start) {
+  PreparedView view;
+  const Begin begin = [&](const std::string& name) {
+    for (const PlannedStage& stage : plan.stages) {
+      if (start && stage.name == name) return start(stage);
+    }
+    return Progress();
+  };
+  if (plan.capture) {
+    PrepareOfCapture(plan, begin, view);
+  } else {
+    PrepareAlone(plan, begin, view);
+  }
+  view.notes.insert(view.notes.end(), view.photo.notes.begin(), view.photo.notes.end());
+  view.ground_fault = GroundFault(
+      view.tree.grid, view.tree.occupied, view.camera, plan.options.shadow.ground_z_m);
+  view.progress = view.progress.Part(0.3, 1);
+  return view;
+}
+
+}  // namespace relight

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A view ready to be relit to any hour: its pixels, its tree, its camera. Makes the
+// stages that are not up to date.
+
+#include "relight/base/progress.h"
+#include "relight/capture/tree_volume.h"
+#include "relight/capture/view_matte.h"
+#include "relight/capture/view_plan.h"
+#include "relight/photo/photo.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace relight {
+
+// Called at the start of each stage; the Progress it answers is that stage's.
+using StageStart = std::function<Progress(const PlannedStage& stage)>;
+
+struct PreparedView {
+  Photo photo;
+  CutOut cut;
+  Camera camera;  // Of the photo's size.
+  Tree tree;
+  std::string ground_fault;  // Why no shadow can be cast on the ground; mostly empty.
+  std::vector<std::string> notes;
+  Progress progress;  // What is left of the stage after the volume's light.
+};
+
+// The stage that follows the volume's light is begun, and up to 0.3 of it done. Throws
+// InputError, Cancelled.
+PreparedView PrepareView(const ViewPlan& plan, const StageStart& start = {});
+
+}  // namespace relight

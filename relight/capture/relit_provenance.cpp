@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/relit_provenance.h"
+
+#include "relight/base/angles.h"
+#include "relight/base/content_hash.h"
+#include "relight/base/field_text.h"
+#include "relight/base/version.h"
+
+#include <nlohmann/json.hpp>
+
+namespace relight {
+namespace {
+
+nlohmann::json LightJson(const HourLight& light) {
+  nlohmann::json json = {{"sun_azimuth_deg", DegFromRad(light.sun.azimuth_rad)},
+                         {"sun_elevation_deg", DegFromRad(light.sun.elevation_rad)},
+                         {"words", light.words}};
+  if (light.time) json["time"] = FormatLocal(*light.time);
+  return json;
+}
+
+}  // namespace
+
+Provenance ProvenanceOf(const ViewPlan& view,
+                        const HourLight& target,
+                        const PictureKind& kind) {
+  const std::string software = std::string("relight ") + Version();
+  nlohmann::json json = {{"program", software},
+                         {"photo", view.PhotoFile().filename().string()},
+                         {"photo_hash", HashOfFile(view.PhotoFile())},
+                         {"view", view.name},
+                         {"options", FieldsText(view.options)},
+                         {"input", LightJson(view.input)},
+                         {"target", LightJson(target)},
+                         {"heading_deg", view.heading_deg},
+                         {"whole", kind.whole},
+                         {"keep_shadow", kind.keep_shadow},
+                         {"over", kind.over},
+                         {"exposure_ev", kind.exposure_ev}};
+  if (view.capture) json["volume_hash"] = HashOfFile(view.capture->folder / "volume.vdb");
+  if (view.place) {
+    json["place"] = {
+        view.place->latitude_deg, view.place->longitude_deg, view.place->altitude_m};
+  }
+  return {software, json.dump()};
+}
+
+}  // namespace relight

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/relit_view.h"
+
+#include "relight/base/angles.h"
+#include "relight/base/error.h"
+#include "relight/base/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace relight {
+namespace {
+
+double Luminance(const cv::Vec3f& c) {
+  return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+
+// Alpha-weighted mean luminance of the tree.
+double MeanLuminance(const cv::Mat3f& colors, const cv::Mat1f& alpha) {
+  double sum = 0, weight = 0;
+  for (int row = 0; row < colors.rows; ++row) {
+    for (int column = 0; column < colors.cols; ++column) {
+      const double a = alpha(row, column);
+      if (a <= 0) continue;
+      sum += a * Luminance(colors(row, column));
+      weight += a;
+    }
+  }
+  return weight > 0 ? sum / weight : 0.0;
+}
+
+}  // namespace
+
+RelitView::RelitView(const PreparedView& view,
+                     const CaptureOptions& options,
+                     const SolarPosition& input)
+    : view_(view),
+      options_(options),
+      input_(input),
+      input_luminance_(MeanLuminance(view.cut.foreground, view.cut.alpha)) {
+  static_cast<void>(DaylightOf(options.light));
+}
+
+Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
+  return MakeDaylight(sun, DaylightOf(options_.light));
+}
+
+RelitTree RelitView::TreeUnder(const SolarPosition& target, const Progress& progress) {
+  const Tree& tree = view_.tree;
+  const bool ours = options_.light.method == Method::kDefault;
+  const auto arriving = [&](const SolarPosition& sun) {
+    return LightArriving(tree.grid,
+                         tree.occupied,
+                         tree.sky_transmittance,
+                         DaylightUnder(sun),
+                         {.sun_directions = ours ? 16 : 1});
+  };
+  RelitTree relit;
+  const ArrivingLight target_light = arriving(target);
+  progress.Report(0.3);
+  if (view_light_) {
+    relit.light = UnderTarget(
+        *view_light_, tree.grid, tree.occupied, target_light, progress.Part(0.3, 0.7));
+  } else {
+    relit.light = LightOfView(tree.grid,
+                              tree.occupied,
+                              arriving(input_),
+                              target_light,
+                              view_.camera,
+                              view_.cut.alpha,
+                              {.smooth = ours, .ratio = {}},
+                              progress.Part(0.3, 0.7));
+    view_light_ = relit.light;
+  }
+  relit.colors =
+      ApplyRatio(relit.light, view_.cut.foreground, 1.0, progress.Part(0.7, 1));
+  if (input_luminance_ > 0) {
+    relit.mean_ratio = MeanLuminance(relit.colors, view_.cut.alpha) / input_luminance_;
+  }
+  return relit;
+}
+
+GroundShadow RelitView::ShadowOnGround(const SolarPosition& sun) const {
+  return MakeGroundShadow(view_.tree.grid, DaylightUnder(sun), options_.shadow);
+}
+
+const PhotoShadow& RelitView::ShadowOfPhoto(const Progress& progress) {
+  if (!photo_shadow_) {
+    photo_shadow_ = ShadowInPhoto(view_.photo.pixels,
+                                  view_.cut.alpha,
+                                  ShadowOnGround(input_),
+                                  view_.camera,
+                                  options_.old_shadow,
+                                  progress);
+  }
+  return *photo_shadow_;
+}
+
+bool RelitView::GroundMoves() const {
+  return view_.ground_fault.empty() && view_.photo.alpha.empty();
+}
+
+cv::Mat3f RelitView::ShadowUnder(const SolarPosition& target, const Progress& progress) {
+  if (!view_.ground_fault.empty()) throw InputError(view_.ground_fault);
+  cv::Mat3f shadow =
+      ShadowImage(ShadowOnGround(target), view_.camera, progress.Part(0, 0.5));
+  const double turns = DegFromRad(AngleBetween(input_.direction, target.direction));
+  const auto own = static_cast<float>(std::exp(-turns * turns));
+  if (!GroundMoves() || own < 1e-3f) return shadow;
+  const PhotoShadow& in_photo = ShadowOfPhoto(progress.Part(0.5, 1));
+  return shadow + own * (in_photo.seen - in_photo.cast);
+}
+
+cv::Mat3f RelitView::GroundUnder(const SolarPosition& target, const Progress& progress) {
+  if (!GroundMoves()) return view_.photo.pixels;
+  const PhotoShadow& input = ShadowOfPhoto(progress.Part(0, 0.5));
+  const cv::Mat3f ratio = GroundRatio(input,
+                                      ShadowOnGround(target),
+                                      view_.camera,
+                                      AngleBetween(input_.direction, target.direction),
+                                      options_.old_shadow,
+                                      progress.Part(0.5, 1));
+  return ReshadowedPhoto(
+      view_.photo.pixels, view_.cut.alpha, view_.cut.foreground, ratio);
+}
+
+cv::Mat3f RelitView::Whole(const cv::Mat3f& ground, const RelitTree& tree) const {
+  const cv::Mat1f& alpha = view_.cut.alpha;
+  Require(ground.size() == alpha.size() && tree.colors.size() == alpha.size(),
+          "pictures of the photo's size");
+  cv::Mat3f whole(ground.size());
+  ParallelRanges(whole.rows, 16, [&](int begin, int end) {
+    for (int row = begin; row < end; ++row) {
+      for (int column = 0; column < whole.cols; ++column) {
+        const float a = alpha(row, column);
+        cv::Vec3f color = ground(row, column);
+        if (a > 0) {
+          color += a * (tree.colors(row, column) - view_.cut.foreground(row, column));
+          for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, color[c]);
+        }
+        whole(row, column) = color;
+      }
+    }
+  });
+  return whole;
+}
+
+}  // namespace relight

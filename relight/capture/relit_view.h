@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A prepared view under the sun and sky of one hour after another. What belongs to the
+// photo's own hour is computed once, so that a further hour is cheap.
+
+#include "relight/base/progress.h"
+#include "relight/capture/prepared_view.h"
+#include "relight/composite/ground_shadow.h"
+#include "relight/composite/old_shadow.h"
+#include "relight/ratio/relight_view.h"
+#include "relight/sky/daylight.h"
+
+#include <opencv2/core.hpp>
+
+#include <optional>
+
+namespace relight {
+
+// The tree's colours under another hour.
+struct RelitTree {
+  cv::Mat3f colors;         // Linear, straight, of the photo's size.
+  ViewLight light;          // Of both hours.
+  double mean_ratio = 1.0;  // Of the mean luminance inside the matte.
+};
+
+class RelitView {
+ public:
+  // Keeps a reference to `view`, which is not to change. Throws OptionError.
+  RelitView(const PreparedView& view,
+            const CaptureOptions& options,
+            const SolarPosition& input);
+
+  // Throws Cancelled.
+  RelitTree TreeUnder(const SolarPosition& target, const Progress& progress = {});
+
+  // What the tree leaves of the light on the ground; where the photo shows its own ground
+  // and the target is its own hour, as the photo shows it (old_shadow.h). RGB of the
+  // photo's size, in [0, 1]. Throws InputError when there is no ground.
+  cv::Mat3f ShadowUnder(const SolarPosition& target, const Progress& progress = {});
+
+  // The photo with the old shadow taken off its ground, and the new one cast. Without a
+  // ground, and for a photo with alpha, the photo as it is.
+  cv::Mat3f GroundUnder(const SolarPosition& target, const Progress& progress = {});
+
+  // The tree over a picture of its size that shows the tree as it was: P + a (F' - F), so
+  // that an unchanged tree leaves every pixel as it is.
+  cv::Mat3f Whole(const cv::Mat3f& ground, const RelitTree& tree) const;
+
+  bool GroundMoves() const;  // GroundUnder changes the photo.
+  Daylight DaylightUnder(const SolarPosition& sun) const;
+
+ private:
+  GroundShadow ShadowOnGround(const SolarPosition& sun) const;
+  const PhotoShadow& ShadowOfPhoto(const Progress& progress);
+
+  const PreparedView& view_;
+  CaptureOptions options_;
+  SolarPosition input_;
+  double input_luminance_ = 0.0;         // Of the tree, the mean.
+  std::optional<ViewLight> view_light_;  // Of any target: the input's part is kept.
+  std::optional<PhotoShadow> photo_shadow_;
+};
+
+}  // namespace relight

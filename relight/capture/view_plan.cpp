@@ -1,0 +1,474 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/view_plan.h"
+
+#include "relight/base/angles.h"
+#include "relight/base/error.h"
+#include "relight/base/field_text.h"
+#include "relight/capture/tree_volume.h"
+#include "relight/capture/view_matte.h"
+#include "relight/photo/photo_facts.h"
+#include "relight/photo/true_heading.h"
+#include "relight/sky/light_in_words.h"
+#include "relight/sky/sun_times.h"
+
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <system_error>
+
+namespace relight {
+namespace fs = std::filesystem;
+namespace {
+
+// --- What is missing, all at once ----------------------------------------------------
+
+struct Missing {
+  std::vector<std::string> what;      // "no place in EXIF"
+  std::vector<std::string> examples;  // "--place 48.85,2.35"
+
+  void Add(const std::string& text, const std::string& example) {
+    what.push_back(text);
+    examples.push_back(example);
+  }
+};
+
+// A word of a command as a shell reads it.
+std::string ShellWord(const std::string& word) {
+  const bool plain =
+      !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+        return std::isalnum(c) ||
+               std::string_view("-_./+,:=@").find(static_cast<char>(c)) !=
+                   std::string_view::npos;
+      });
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word)
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+void ThrowIfMissing(const Missing& missing,
+                    const ViewRequest& r,
+                    const CommandWords& command) {
+  if (missing.what.empty()) return;
+  std::string text = r.source.string() + ": cannot be relit yet";
+  for (std::size_t i = 0; i < missing.what.size(); ++i) {
+    text += "\n  " + missing.what[i] + "; give " + missing.examples[i];
+  }
+
+  // The user's own words, and examples for those that are missing
+  CommandWords said{command.verb, {}};
+  said.Add("--view", r.view);
+  said.Add("--photo", r.photo);
+  said.Add("--place", r.place);
+  said.Add("--zone", r.zone);
+  said.Add("--taken", r.taken);
+  said.Add("--heading", r.heading);
+  said.Add("--lit-from", r.lit_from);
+  said.Add("--matte", r.matte);
+  if (r.distance_m) said.Add("--distance", std::optional(FieldText(*r.distance_m)));
+  if (r.force) said.Add("--force");
+  for (const auto& [name, value] : r.options) {
+    said.Add("--" + name);
+    if (value != "true") said.words.push_back(value);
+  }
+  text +=
+      "\nwith your own values: relight " + said.verb + " " + ShellWord(r.source.string());
+  for (const std::string& word : said.words) text += " " + ShellWord(word);
+  for (const std::string& example : missing.examples) {
+    if (example.starts_with("--")) text += " " + example;
+  }
+  for (const std::string& word : command.words) text += " " + ShellWord(word);
+  throw InputError(text);
+}
+
+double Megapixels(const PhotoFacts& facts) { return 1e-6 * facts.width * facts.height; }
+
+// Seconds on two cores of a desktop of 2020: what a user is told before work.
+// tests/benchmark prints what they are here.
+constexpr double kMatteSecondsPerMegapixel = 3.0;
+constexpr double kVolumeSecondsPerMegaray = 1.5;  // Of all views, 8 iterations.
+constexpr double kLightSeconds = 4.0;
+
+[[noreturn]] void ThrowPhotoIsGone(const Capture& capture, const ViewEntry& view) {
+  throw InputError(capture.PhotoOf(view).string() + ": the photo of view " + view.name +
+                   " is not there; put it back, or take the view out of " +
+                   (capture.folder / "capture.toml").string() + " and the cameras");
+}
+
+// Said before the work, not after it.
+void RequireSizeOf(const PhotoFacts& photo, const fs::path& file, const char* what) {
+  const PhotoFacts facts = ReadPhotoFacts(file);
+  if (facts.width == photo.width && facts.height == photo.height) return;
+  const auto size = [](const PhotoFacts& f) {
+    return std::to_string(f.width) + " x " + std::to_string(f.height);
+  };
+  throw InputError(file.string() + ": the " + what + " is " + size(facts) +
+                   " pixels, the photo " + photo.file + " " + size(photo) +
+                   "; make the " + what + " at the photo's size");
+}
+
+void PlanStages(ViewPlan& plan, Missing& missing) {
+  if (!plan.capture) {
+    plan.stages.push_back(
+        {"volume", "a round silhouette volume from this photo alone", 1});
+    plan.stages.push_back(
+        {"light", "transmittance of the volume to the sky", kLightSeconds});
+    return;
+  }
+  const Capture& capture = *plan.capture;
+  const StageRecords records(capture.folder);
+  const bool force = plan.request.force;
+  int to_make = 0, posed = 0;
+  double matte_mpx = 0;
+  std::vector<std::string> without;
+  for (const auto& [name, camera] : CamerasOf(capture)) {
+    ++posed;
+    const ViewEntry& view = FindView(capture, name);
+    if (!fs::exists(capture.PhotoOf(view))) ThrowPhotoIsGone(capture, view);
+    const MatteNeed need = NeedOf(capture, view, records, plan.options.photo, force);
+    if (need == MatteNeed::kMissing) without.push_back(name);
+    if (need != MatteNeed::kMatte) continue;
+    RequireSizeOf(ReadPhotoFacts(capture.PhotoOf(view)),
+                  *FileOfView(capture, "trimaps", name),
+                  "trimap");
+    ++to_make;
+    matte_mpx += 1e-6 * camera.width_px * camera.height_px;
+  }
+  if (!without.empty()) {
+    std::string list = without.front();
+    if (without.size() > 1)
+      list += " and " + std::to_string(without.size() - 1) + " more";
+    missing.Add("no matte and no trimap for " + list,
+                "a matte of the photo's size in " + (capture.folder / "mattes").string() +
+                    " or a trimap (0, 128, 255) in " +
+                    (capture.folder / "trimaps").string() + ", named like the photo");
+    return;
+  }
+  if (to_make > 0) {
+    plan.stages.push_back({"mattes",
+                           "closed-form mattes of " + std::to_string(to_make) + " photos",
+                           1 + kMatteSecondsPerMegapixel * matte_mpx});
+  }
+  const bool volume = to_make > 0 || VolumeIsStale(capture, records, plan.options, force);
+  if (volume) {
+    const double rays_per_view =
+        std::pow(1e-3 * std::max(600, 6 * plan.options.volume.cells), 2) * 0.8;
+    plan.stages.push_back({"volume",
+                           "extinction from " + std::to_string(posed) + " mattes",
+                           1 + kVolumeSecondsPerMegaray * posed * rays_per_view});
+  } else if (VolumeIsEdited(capture, records)) {
+    plan.notes.push_back(
+        (capture.folder / "volume.vdb").string() +
+        " was edited since relight made it; used as it is (--force makes it "
+        "again)");
+  }
+  if (volume || LightIsStale(capture, records, plan.options, force)) {
+    plan.stages.push_back(
+        {"light", "transmittance of the volume to the sky", kLightSeconds});
+  }
+}
+
+}  // namespace
+
+SolarPosition SunAt(double azimuth_rad, double elevation_rad) {
+  return {std::fmod(azimuth_rad + 4 * std::numbers::pi, 2 * std::numbers::pi),
+          elevation_rad,
+          DirectionFromAzimuthElevation(azimuth_rad, elevation_rad)};
+}
+
+SolarPosition ParseLight(const std::string& text,
+                         const char* option,
+                         double heading_deg) {
+  double azimuth_deg = 0, elevation_deg = 0;
+  const std::size_t comma = text.find(',');
+  const auto number = [](std::string_view part, double& value) {
+    const auto [end, error] =
+        std::from_chars(part.data(), part.data() + part.size(), value);
+    return error == std::errc() && end == part.data() + part.size();
+  };
+  if (comma == std::string::npos ||
+      !number(std::string_view(text).substr(0, comma), azimuth_deg) ||
+      !number(std::string_view(text).substr(comma + 1), elevation_deg) ||
+      !(std::abs(azimuth_deg) <= 360) || !(elevation_deg > 0 && elevation_deg <= 90)) {
+    throw OptionError(
+        std::string(option) +
+        " must be AZ,EL in degrees, the sun as the camera sees it: AZ 0 straight "
+        "ahead, 90 from the right, 180 from behind; EL above 0 to 90; got \"" +
+        text + "\"");
+  }
+  return SunAt(RadFromDeg(heading_deg + azimuth_deg), RadFromDeg(elevation_deg));
+}
+
+void RequireSunUp(const HourLight& light,
+                  const char* which,
+                  const Place& place,
+                  const std::string& remedy) {
+  if (light.sun.elevation_rad > 0 || !light.time) return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "the sun is " << -DegFromRad(light.sun.elevation_rad)
+       << " deg below the horizon at the " << which << " hour "
+       << FormatLocal(*light.time);
+  const auto local_day = std::chrono::floor<std::chrono::days>(WallClockOf(*light.time));
+  const SunTimes times = SunTimesOf(
+      std::chrono::year_month_day(std::chrono::sys_days(local_day.time_since_epoch())),
+      place);
+  const auto clock = [&](Instant at) {
+    return FormatLocal({at, light.time->offset, {}}).substr(11, 5);
+  };
+  if (times.sunrise && times.sunset) {
+    text << "; it is up from " << clock(*times.sunrise) << " to " << clock(*times.sunset)
+         << " there";
+  } else {
+    text << "; it does not rise or set there that day";
+  }
+  text << "; " << remedy;
+  throw InputError(text.str());
+}
+
+void RequireOriginal(const PhotoFacts& facts) {
+  if (!facts.made_by_relight) return;
+  std::string original;
+  const auto json = nlohmann::json::parse(facts.provenance_json, nullptr, false);
+  if (json.is_object() && json.contains("photo") && json["photo"].is_string()) {
+    original = " (" + json["photo"].get<std::string>() + ")";
+  }
+  throw InputError(facts.file +
+                   ": is a result of relight, and a result is not relit again; relight "
+                   "the photo it was made from" +
+                   original);
+}
+
+std::vector<fs::path> InputsOf(const ViewPlan& plan) {
+  std::vector<fs::path> inputs = {plan.photo};
+  for (const auto& given : {plan.request.photo, plan.request.matte}) {
+    if (given) inputs.push_back(*given);
+  }
+  if (!plan.capture) return inputs;
+  for (const ViewEntry& view : plan.capture->file.views) {
+    inputs.push_back(plan.capture->PhotoOf(view));
+    for (const char* folder : {"mattes", "trimaps"}) {
+      if (const auto file = FileOfView(*plan.capture, folder, view.name))
+        inputs.push_back(*file);
+    }
+  }
+  inputs.push_back(plan.capture->folder / "capture.toml");
+  inputs.push_back(plan.capture->folder / "volume.vdb");
+  return inputs;
+}
+
+void RequireNoInput(const fs::path& output, const std::vector<fs::path>& inputs) {
+  for (const fs::path& input : inputs) {
+    std::error_code ignored;
+    if (fs::equivalent(output, input, ignored) ||
+        fs::weakly_canonical(output, ignored) == fs::weakly_canonical(input, ignored)) {
+      throw InputError(output.string() +
+                       ": is an input; an input is never overwritten; give "
+                       "another name with -o");
+    }
+  }
+}
+
+void RequireFolderFor(const fs::path& output) {
+  const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) {
+    throw InputError(output.string() + ": the folder " + folder.string() +
+                     " does not exist; make it first, or choose another with -o");
+  }
+  if (fs::is_directory(output, ignored)) {
+    throw InputError(output.string() + ": is a folder; give the name of a file with -o");
+  }
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(output.string() +
+                     ": cannot be written: " + std::generic_category().message(errno) +
+                     "; choose a folder you may write to with -o");
+  }
+}
+
+void RequireExposure(const std::string& exposure) {
+  double ev = 0;
+  const auto [end, error] =
+      std::from_chars(exposure.data() + (exposure.starts_with('+') ? 1 : 0),
+                      exposure.data() + exposure.size(),
+                      ev);
+  const bool number = error == std::errc() && end == exposure.data() + exposure.size() &&
+                      std::abs(ev) <= 20;
+  if (exposure != "same" && exposure != "auto" && !number) {
+    throw OptionError(
+        "--exposure must be same, auto or a number of stops (-20 to 20), got \"" +
+        exposure + "\"");
+  }
+}
+
+ViewPlan PlanView(const ViewRequest& request,
+                  bool wants_time,
+                  const CommandWords& command) {
+  ViewPlan plan;
+  plan.request = request;
+  Missing missing;
+
+  // The photo, alone or of a capture
+  if (!fs::exists(request.source)) {
+    throw InputError(request.source.string() +
+                     ": not there; give a photo or a capture folder");
+  }
+  CaptureFile of_capture;
+  const ViewEntry* entry = nullptr;
+  if (fs::is_directory(request.source)) {
+    plan.capture = OpenCapture(request.source);
+    of_capture = plan.capture->file;
+    if (of_capture.views.empty()) {
+      throw InputError((request.source / "capture.toml").string() +
+                       ": no [[view]] in it; add photos with: relight init " +
+                       request.source.string() + " PHOTO…");
+    }
+    if (!request.view && of_capture.views.size() > 1) {
+      plan.notes.push_back("no --view given; the first is taken: " +
+                           of_capture.views[0].name);
+    }
+    entry = &FindView(*plan.capture, request.view.value_or(of_capture.views[0].name));
+    plan.name = entry->name;
+    plan.photo = plan.capture->PhotoOf(*entry);
+    if (!fs::exists(plan.photo)) ThrowPhotoIsGone(*plan.capture, *entry);
+  } else {
+    if (request.view)
+      throw OptionError("--view belongs to a capture folder, not to one photo");
+    if (request.photo)
+      throw OptionError("--photo belongs to a capture folder; name the photo itself");
+    plan.photo = request.source;
+    plan.name = plan.photo.stem().string();
+  }
+  plan.options = OptionsFrom(of_capture, request.options);
+  static_cast<void>(
+      DaylightOf(plan.options.light));  // Says now what does not go together
+  PhotoFacts facts = ReadPhotoFacts(plan.photo);
+  RequireOriginal(facts);
+  if (request.photo) RequireOriginal(ReadPhotoFacts(*request.photo));
+  plan.notes.insert(plan.notes.end(), facts.notes.begin(), facts.notes.end());
+  plan.megapixels = Megapixels(facts);
+
+  // Where, as far as the user or the photo says it
+  if (request.place || of_capture.place) {
+    facts.place = ParsePlace(request.place ? *request.place : *of_capture.place);
+  }
+  plan.place = facts.place;
+
+  // When: the user's word, the view's in capture.toml, EXIF, the capture's
+  std::optional<CaptureTime> when;
+  const auto zone_text = request.zone ? request.zone : of_capture.zone;
+  plan.request.zone = zone_text;
+  std::optional<std::string> taken = request.taken;
+  if (!taken && entry != nullptr) taken = entry->taken;
+  if (!taken && !facts.local_time && !facts.gps_time) taken = of_capture.taken;
+  const bool needs_input_time = !request.lit_from;
+  if (needs_input_time || wants_time) {
+    try {
+      when = ResolveCaptureTime(facts, zone_text, taken);
+      plan.notes.insert(plan.notes.end(), when->notes.begin(), when->notes.end());
+      plan.input.time = when->time;
+      plan.zone = when->zone;
+    } catch (const InputError&) {
+      const bool timeless = !facts.local_time && !taken;
+      if (timeless) missing.Add("no capture time in EXIF", "--taken 2011-07-22T13:00");
+      if (!zone_text) {
+        if (!timeless) ResolveCaptureTime(facts, "UTC", taken);  // What no zone mends
+        missing.Add(timeless ? "no time zone" : "the time has no zone",
+                    "--zone Europe/Paris");
+      }
+      if (missing.what.empty()) throw;
+    }
+  }
+
+  if (!plan.place && when) plan.place = when->approximate_place;  // Its notes say so
+  const bool needs_place = needs_input_time || wants_time;
+  if (needs_place && !plan.place) missing.Add("no place in EXIF", "--place 48.85,2.35");
+
+  // Which way the camera looks
+  const bool has_cameras =
+      plan.capture && fs::exists(plan.capture->folder / "cameras" / "images.txt");
+  if (has_cameras) {
+    const auto cameras = CamerasOf(*plan.capture);
+    const auto found = cameras.find(plan.name);
+    if (found == cameras.end()) {
+      throw InputError(plan.photo.string() +
+                       ": a photo without camera; import the cameras again "
+                       "with one of this name, or choose another --view");
+    }
+    plan.heading_deg = DegFromRad(AzimuthOf(found->second.ForwardInWorld()));
+  } else if (plan.capture && plan.capture->file.views.size() > 1) {
+    static_cast<void>(CamerasOf(*plan.capture));  // Says how to import them
+  } else if (request.heading) {
+    plan.heading_deg = ParseHeading(*request.heading);
+  } else if (of_capture.heading_deg) {
+    plan.heading_deg = *of_capture.heading_deg;
+  } else if (facts.heading_deg && !facts.heading_is_magnetic) {
+    plan.heading_deg = *facts.heading_deg;
+  } else if (facts.heading_deg && plan.place) {
+    const Instant at =
+        plan.input.time ? plan.input.time->utc
+                        : Instant(std::chrono::sys_days(std::chrono::year(2020) / 1 / 1));
+    const TrueHeading heading = TrueFromMagnetic(*facts.heading_deg, *plan.place, at);
+    plan.heading_deg = heading.heading_deg;
+    plan.notes.push_back(
+        "the compass heading in EXIF is magnetic; corrected by " +
+        std::to_string(heading.declination.declination_deg).substr(0, 5) + " deg with " +
+        heading.declination.model);
+  } else if (needs_input_time || wants_time) {
+    missing.Add("no heading in EXIF (which way the camera looked)", "--heading SW");
+  }
+
+  // Mattes, and what has to be made
+  const bool one_photo = !has_cameras;
+  if (plan.capture && one_photo) {
+    // A capture of one view is one photo alone; its matte is looked for in the folder
+    if (!plan.request.matte) {
+      if (const auto matte = FileOfView(*plan.capture, "mattes", plan.name)) {
+        plan.request.matte = *matte;
+      }
+    }
+    plan.capture.reset();
+  }
+  if (!plan.capture && !plan.request.matte) {
+    const Photo photo = ReadPhoto(plan.photo, plan.options.photo);
+    if (photo.alpha.empty()) {
+      const fs::path drawn =
+          plan.photo.parent_path() / (plan.photo.stem().string() + "_matte.png");
+      missing.Add("no matte (a picture of the photo's size, white where the tree is)",
+                  "--matte " + ShellWord(drawn.string()));
+    }
+  }
+  const PhotoFacts of_relit = request.photo ? ReadPhotoFacts(*request.photo) : facts;
+  if (plan.request.matte) {
+    RequireSizeOf(of_relit, *plan.request.matte, "matte");
+  } else if (plan.capture) {
+    const auto matte = FileOfView(*plan.capture, "mattes", plan.name);
+    if (matte && !request.photo) RequireSizeOf(of_relit, *matte, "matte");
+  }
+  PlanStages(plan, missing);
+  ThrowIfMissing(missing, request, command);
+
+  // The photo's own light
+  plan.input.sun = request.lit_from
+                       ? ParseLight(*request.lit_from, "--lit-from", plan.heading_deg)
+                       : SolarPositionAt(plan.input.time->utc, *plan.place);
+  RequireSunUp(
+      plan.input,
+      "photo's",
+      plan.place.value_or(Place{}),
+      "relight needs a photo taken in daylight; if it was, give its own --taken, "
+      "--zone and --place");
+  plan.input.words =
+      LightInWords(plan.input.sun.azimuth_rad - RadFromDeg(plan.heading_deg),
+                   plan.input.sun.elevation_rad);
+  return plan;
+}
+
+}  // namespace relight

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A day of frames: their names, what stands beside them, and a run that is stopped."""
+import csv
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from relight_runner import (PROGRAM, Exr, Png, RelightCase, contents, made_capture, tree_png)
+
+FACTS = ("--place", "40.35,-74.65", "--taken", "2011-07-22T13:00", "--zone", "-04:00",
+         "--heading", "0")
+
+
+class ADay(RelightCase):
+    def setUp(self):
+        super().setUp()
+        self.capture = made_capture(self.folder / "maple")
+        self.out = self.folder / "frames"
+
+    def test_frames_by_local_time_and_what_stands_beside_them(self):
+        answer = self.done("day", self.capture, "--hours", "9..18", "--every", "3h", "-o",
+                           self.out, "--json").json
+        names = [f"2011-07-22_{h:02}00.png" for h in (9, 12, 15, 18)]
+        self.assertEqual([f["name"] + ".png" for f in answer["frames"]], names)
+        self.assertEqual((answer["made"], answer["kept"], answer["left_out"]), (4, 0, []))
+        expected = {*names, "sun.csv", "contact_sheet.png", "index.html", "relight_day.json"}
+        if shutil.which("ffmpeg"):
+            expected.add("day.mp4")
+        else:
+            self.assertIn("ffmpeg is not installed", " ".join(answer["notes"]))
+        self.assertEqual({f.name for f in self.out.iterdir()}, expected)
+        for name in names:
+            picture = Png(self.out / name)
+            self.assertEqual((picture.width, picture.height, picture.channels, picture.bits),
+                             (480, 600, 3, 16))
+        with open(self.out / "sun.csv", newline="") as table:
+            rows = list(csv.DictReader(table))
+        self.assertEqual([row["frame"] for row in rows], names)
+        # NOAA's solar calculator for 40.35 N 74.65 W, 18:00 EDT: 275.28, 25.13 deg
+        self.assertAlmostEqual(float(rows[3]["azimuth_deg"]), 275.28, delta=0.1)
+        self.assertAlmostEqual(float(rows[3]["elevation_deg"]), 25.13, delta=0.1)
+        self.assertGreater(float(rows[1]["sun_g_lx"]), float(rows[3]["sun_g_lx"]))
+
+    def test_a_frame_is_what_hour_makes_of_the_whole_photo(self):
+        self.done("day", self.capture, "--hours", "17..17", "-o", self.out)
+        hour = self.folder / "hour.png"
+        self.done(self.capture, "--to", "17:00", "--whole", "-o", hour)
+        self.assertEqual(Png(self.out / "2011-07-22_1700.png").samples, Png(hour).samples)
+
+    def test_the_hours_of_daylight_of_several_dates(self):
+        answer = self.done("day", self.capture, "--dates", "2011-12-21,2011-06-21", "--every",
+                           "4h", "-o", self.out, "--json").json
+        # Sunrise and sunset of the place, standard -04:00: 5:32 to 20:32 and 8:19 to 17:36
+        self.assertEqual([f["name"] for f in answer["frames"]],
+                         ["2011-06-21_0800", "2011-06-21_1200", "2011-06-21_1600",
+                          "2011-06-21_2000", "2011-12-21_1200", "2011-12-21_1600"])
+
+    def test_hours_of_night_are_left_out_and_said(self):
+        outcome = self.done("day", self.capture, "--hours", "4..8", "--every", "2h", "-o",
+                            self.out)
+        self.assertIn("1 hours are left out, for the sun is below the horizon: "
+                      "2011-07-22_0400", outcome.err)
+        self.assertFalse((self.out / "2011-07-22_0400.png").exists())
+        self.refused("day", self.capture, "--hours", "0..3", "-o", self.folder / "night",
+                     names=("below the horizon", "0..3", "--hours"))
+        self.assertFalse((self.folder / "night").exists())
+
+    def test_tree_and_shadow_on_transparency(self):
+        self.done("day", self.capture, "--hours", "10..10", "--alone", "-o", self.out)
+        self.done("day", self.capture, "--hours", "10..10", "--alone", "--format", "exr", "-o",
+                  self.folder / "exr")
+        frame = Png(self.out / "2011-07-22_1000.png")
+        self.assertEqual(frame.channels, 4)
+        matte = Png(self.capture / "mattes" / "view_00.png").samples
+        shadows = 0
+        for i, alpha in enumerate(matte):
+            r, g, b, a = frame.samples[4 * i:4 * i + 4]
+            self.assertGreaterEqual(a, alpha - 1)
+            if alpha == 0 and a > 6000:
+                shadows += 1
+                self.assertEqual((r, g, b), (0, 0, 0))
+        self.assertGreater(shadows, 1000)
+        self.assertEqual(sorted(Exr(self.folder / "exr" / "2011-07-22_1000.exr").types),
+                         ["A", "B", "G", "R"])
+
+    def test_over_a_backdrop(self):
+        backdrop = self.folder / "grey.png"
+        from relight_runner import write_png
+        write_png(backdrop, 480, 600, 3, lambda x, y: (200, 200, 200))
+        self.done("day", self.capture, "--hours", "10..10", "--over", backdrop, "-o", self.out)
+        hour = self.folder / "hour.png"
+        self.done(self.capture, "--to", "10:00", "--over", backdrop, "-o", hour)
+        self.assertEqual(Png(self.out / "2011-07-22_1000.png").samples, Png(hour).samples)
+        small = write_png(self.folder / "small.png", 48, 60, 3, lambda x, y: (200, 200, 200))
+        self.refused("day", self.capture, "--over", small, "-o", self.folder / "other",
+                     names=(small, "480 x 600"))
+
+    def test_one_exposure_for_all(self):
+        answer = self.done("day", self.capture, "--hours", "13..19", "--every", "3h",
+                           "--exposure", "auto", "-o", self.out, "--json").json
+        # The photo's own hour is 13:00, and the brightest of these or close to it
+        self.assertAlmostEqual(answer["exposure_ev"], 0.0, delta=0.35)
+        answer = self.done("day", self.capture, "--hours", "17..19", "--every", "1h",
+                           "--exposure", "+1", "-o", self.folder / "up", "--json").json
+        self.assertEqual(answer["exposure_ev"], 1.0)
+
+    def test_another_run_in_the_folder_is_not_lost(self):
+        self.done("day", self.capture, "--hours", "12..12", "-o", self.out)
+        self.refused("day", self.capture, "--hours", "12..12", "--turbidity", "5", "-o",
+                     self.out, names=(self.out, "another run", "--force"))
+        self.done("day", self.capture, "--hours", "15..15", "--turbidity", "5", "-o", self.out,
+                  "--force")
+        self.assertEqual([f.name for f in sorted(self.out.glob("2011*"))],
+                         ["2011-07-22_1500.png"])
+        # More hours of the same run go on where it was
+        answer = self.done("day", self.capture, "--hours", "12..15", "--every", "3h",
+                           "--turbidity", "5", "-o", self.out, "--json").json
+        self.assertEqual((answer["made"], answer["kept"]), (1, 1))
+        foreign = self.folder / "foreign"
+        foreign.mkdir()
+        (foreign / "index.html").write_text("mine")
+        self.refused("day", self.capture, "--hours", "12..12", "-o", foreign,
+                     names=(foreign / "index.html", "--force"))
+
+    def test_words_that_cannot_be_read(self):
+        for words, name in ((("--hours", "18..9"), "18..9"), (("--hours", "9"), "--hours"),
+                            (("--hours", "9..25"), "9..25"), (("--every", "0m"), "--every"),
+                            (("--every", "1x"), "--every"), (("--dates", "2011-02-30"),
+                                                             "2011-02-30"),
+                            (("--format", "jpg"), "jpg"),
+                            (("--alone", "--over", "x.png"), "--over")):
+            with self.subTest(words):
+                self.refused("day", self.capture, *words, "-o", self.out, names=(name,), code=2)
+
+    def test_same_bytes_whatever_the_threads(self):
+        for threads in (1, 3):
+            self.done("day", self.capture, "--hours", "9..17", "--every", "4h", "--threads",
+                      threads, "-o", self.folder / str(threads))
+        one, three = (contents(self.folder / str(t)) for t in (1, 3))
+        self.assertEqual(one.keys(), three.keys())
+        for name, content in one.items():
+            self.assertEqual(content, three[name], f"{name} depends on the threads")
+
+    def test_a_photo_without_a_background(self):
+        photo = tree_png(self.folder / "cut.png")
+        self.refused("day", photo, *FACTS, "--hours", "12..12", "--cells", "24", "-o", self.out,
+                     names=(photo, "--alone", "--over"))
+        self.done("day", photo, *FACTS, "--hours", "12..12", "--cells", "24", "--alone", "-o",
+                  self.out)
+
+    def test_what_is_missing_comes_with_a_command(self):
+        photo = tree_png(self.folder / "cut.png")
+        said = self.refused("day", photo, "--every", "2h", "--alone", names=("relight day",))
+        self.assertIn("--every 2h --alone", said)
+
+
+class AStoppedRun(RelightCase):
+    def setUp(self):
+        super().setUp()
+        self.capture = made_capture(self.folder / "maple")
+        self.out = self.folder / "frames"
+        self.words = [PROGRAM, "day", str(self.capture), "--hours", "8..18", "--every", "30m",
+                      "-o", str(self.out)]
+
+    def start(self):
+        return subprocess.Popen(self.words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+    def assert_whole_frames_only(self):
+        for file in self.out.glob("*.png"):
+            Png(file)  # Reads all of it, checksums too
+
+    def test_killed_twenty_times_it_goes_on(self):
+        whole = self.folder / "whole"
+        self.done(*self.words[1:-1], whole)
+        seconds = random.Random(4)
+        kills = 0
+        while kills < 20:
+            run = self.start()
+            time.sleep(seconds.uniform(0.05, 1.5))
+            if run.poll() is not None:  # Done already: start anew
+                shutil.rmtree(self.out)
+                run.stderr.close()
+                continue
+            run.kill()
+            run.wait()
+            run.stderr.close()
+            kills += 1
+            if self.out.exists():
+                self.assert_whole_frames_only()
+        outcome = self.done(*self.words[1:])
+        self.assertRegex(outcome.err, r"\d+ frames made")
+        self.assertEqual(contents(self.out), contents(whole))
+
+    def test_ctrl_c(self):
+        run = self.start()
+        deadline = time.monotonic() + 60
+        while len(list(self.out.glob("2011*.png"))) < 2 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        run.send_signal(signal.SIGINT)
+        _, said = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 130, said)
+        self.assert_whole_frames_only()
+        self.assertNoPartialFile()
+        outcome = self.done(*self.words[1:])
+        self.assertRegex(outcome.err, r"\d+ were there already")
+
+
+@unittest.skipUnless(shutil.which("ffmpeg"), "ffmpeg is not installed: the video is not tested")
+class TheVideo(RelightCase):
+    def test_h264_of_all_frames(self):
+        capture = made_capture(self.folder / "maple")
+        out = self.folder / "frames"
+        self.done("day", capture, "--hours", "9..17", "--every", "1h", "-o", out)
+        probe = subprocess.run(
+            ["ffprobe", "-v", "error", "-count_frames", "-show_entries",
+             "stream=codec_name,width,height,pix_fmt,nb_read_frames", "-of", "csv=p=0",
+             str(out / "day.mp4")], capture_output=True, text=True, check=True)
+        self.assertEqual(probe.stdout.strip(), "h264,480,600,yuv420p,9")
+
+    def test_without_ffmpeg_the_rest_is_made(self):
+        capture = made_capture(self.folder / "maple")
+        empty = self.folder / "bin"
+        empty.mkdir()
+        outcome = self.done("day", capture, "--hours", "12..12", "-o", self.folder / "frames",
+                            env={"PATH": str(empty)})
+        self.assertIn("no video: ffmpeg is not installed", outcome.err)
+        self.assertFalse((self.folder / "frames" / "day.mp4").exists())
+        self.assertTrue((self.folder / "frames" / "index.html").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
