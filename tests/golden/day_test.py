@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """A day of frames: their names, what stands beside them, and a run that is stopped."""
 import csv
-import os
+import html
+import json
 import random
+import re
 import shutil
 import signal
 import subprocess
 import time
 import unittest
 
-from relight_runner import (PROGRAM, Exr, Png, RelightCase, contents, made_capture, tree_png)
+from relight_runner import (PROGRAM, Exr, Png, RelightCase, contents, made_capture, tree_png,
+                            write_png)
 
 FACTS = ("--place", "40.35,-74.65", "--taken", "2011-07-22T13:00", "--zone", "-04:00",
          "--heading", "0")
@@ -22,9 +25,9 @@ class ADay(RelightCase):
         self.out = self.folder / "frames"
 
     def test_frames_by_local_time_and_what_stands_beside_them(self):
-        answer = self.done("day", self.capture, "--hours", "9..18", "--every", "3h", "-o",
+        answer = self.done("day", self.capture, "--hours", "8..17", "--every", "3h", "-o",
                            self.out, "--json").json
-        names = [f"2011-07-22_{h:02}00.png" for h in (9, 12, 15, 18)]
+        names = [f"2011-07-22_{h:02}00.png" for h in (8, 11, 14, 17)]
         self.assertEqual([f["name"] + ".png" for f in answer["frames"]], names)
         self.assertEqual((answer["made"], answer["kept"], answer["left_out"]), (4, 0, []))
         expected = {*names, "sun.csv", "contact_sheet.png", "index.html", "relight_day.json"}
@@ -40,9 +43,9 @@ class ADay(RelightCase):
         with open(self.out / "sun.csv", newline="") as table:
             rows = list(csv.DictReader(table))
         self.assertEqual([row["frame"] for row in rows], names)
-        # NOAA's solar calculator for 40.35 N 74.65 W, 18:00 EDT: 275.28, 25.13 deg
-        self.assertAlmostEqual(float(rows[3]["azimuth_deg"]), 275.28, delta=0.1)
-        self.assertAlmostEqual(float(rows[3]["elevation_deg"]), 25.13, delta=0.1)
+        # NOAA's solar calculator for 40.35 N 74.65 W, 17:00 EDT: 266.29, 36.50 deg
+        self.assertAlmostEqual(float(rows[3]["azimuth_deg"]), 266.29, delta=0.05)
+        self.assertAlmostEqual(float(rows[3]["elevation_deg"]), 36.50, delta=0.05)
         self.assertGreater(float(rows[1]["sun_g_lx"]), float(rows[3]["sun_g_lx"]))
 
     def test_a_frame_is_what_hour_makes_of_the_whole_photo(self):
@@ -89,7 +92,6 @@ class ADay(RelightCase):
 
     def test_over_a_backdrop(self):
         backdrop = self.folder / "grey.png"
-        from relight_runner import write_png
         write_png(backdrop, 480, 600, 3, lambda x, y: (200, 200, 200))
         self.done("day", self.capture, "--hours", "10..10", "--over", backdrop, "-o", self.out)
         hour = self.folder / "hour.png"
@@ -230,6 +232,66 @@ class TheVideo(RelightCase):
         self.assertIn("no video: ffmpeg is not installed", outcome.err)
         self.assertFalse((self.folder / "frames" / "day.mp4").exists())
         self.assertTrue((self.folder / "frames" / "index.html").exists())
+
+
+@unittest.skipUnless(shutil.which("chromium"), "chromium is not installed: the page is not tested")
+class ThePage(RelightCase):
+    """The page as a browser runs it from a folder, its slider moved by a script of ours."""
+    WATCH = """<script>
+      window.errors = [];
+      window.addEventListener('error', e => errors.push(e.message));
+      console.error = (...words) => errors.push(words.join(' '));
+    </script>"""
+    MOVE = """<script>
+      addEventListener('load', async () => {
+        const seen = [];
+        const slider = document.querySelector('input[type=range]');
+        for (let i = +slider.min; i <= +slider.max; ++i) {
+          slider.value = i;
+          slider.dispatchEvent(new Event('input', {bubbles: true}));
+          const image = document.querySelector('img');
+          while (!image.complete) await new Promise(next => setTimeout(next, 10));
+          const canvas = document.createElement('canvas');
+          [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
+          const paper = canvas.getContext('2d');
+          paper.drawImage(image, 0, 0);
+          const pixels = paper.getImageData(0, 0, canvas.width, canvas.height).data;
+          let sum = 0;
+          for (let k = 0; k < pixels.length; k += 4) sum += pixels[k + 1];
+          seen.push({size: [canvas.width, canvas.height], sum,
+                     text: document.querySelector('output').textContent});
+        }
+        const result = document.createElement('pre');
+        result.id = 'result';
+        result.textContent = JSON.stringify({seen, errors});
+        document.body.append(result);
+      });
+    </script>"""
+
+    def test_the_slider_changes_the_picture(self):
+        capture = made_capture(self.folder / "maple")
+        out = self.folder / "frames"
+        self.done("day", capture, "--hours", "9..18", "--every", "3h", "-o", out)
+        page = (out / "index.html").read_text()
+        self.assertNotRegex(page, r"""(src|href)=["']?https?:""")
+        moved = out / "moved.html"
+        moved.write_text(page.replace("<head>", "<head>" + self.WATCH)
+                         .replace("</body>", self.MOVE + "</body>"))
+        run = subprocess.run(
+            ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run",
+             f"--user-data-dir={self.folder / 'profile'}", "--enable-logging=stderr",
+             "--virtual-time-budget=20000", "--dump-dom", moved.as_uri()],
+            capture_output=True, text=True, timeout=180)
+        found = re.search(r'<pre id="result">(.*?)</pre>', run.stdout, re.S)
+        self.assertTrue(found, run.stderr[-2000:])
+        result = json.loads(html.unescape(found.group(1)))
+        self.assertEqual(result["errors"], [])
+        self.assertNotIn("CONSOLE", run.stderr)
+        seen = result["seen"]
+        self.assertEqual([s["size"] for s in seen], [[480, 600]] * 4)
+        self.assertEqual(len({s["sum"] for s in seen}), 4, "the picture does not change")
+        for shown, hour in zip(seen, ("09:00", "12:00", "15:00", "18:00")):
+            self.assertIn(f"2011-07-22 {hour}", shown["text"])
 
 
 if __name__ == "__main__":
