@@ -46,7 +46,12 @@ Eigen::Vector3d Camera::ForwardInWorld() const {
 Eigen::Vector3d Camera::RayInWorld(const Eigen::Vector2d& pixel) const {
   Eigen::Vector2d p = (pixel - center_px).cwiseQuotient(focal_px);
   if (!lens.IsPinhole()) p = Undistort(lens, p);
-  return (camera_from_world.linear().transpose() * p.homogeneous()).normalized();
+  // Each pixel of a photo comes here: the rotation's rows, no transforms in between
+  const Eigen::Matrix4d& m = camera_from_world.matrix();
+  const Eigen::Vector3d ray(p.x() * m(0, 0) + p.y() * m(1, 0) + m(2, 0),
+                            p.x() * m(0, 1) + p.y() * m(1, 1) + m(2, 1),
+                            p.x() * m(0, 2) + p.y() * m(1, 2) + m(2, 2));
+  return ray / ray.norm();
 }
 
 std::optional<Eigen::Vector2d> Camera::Project(

@@ -109,6 +109,17 @@ struct PhasedRow {
   float* Phase(int phase) {
     return values.data() + static_cast<std::ptrdiff_t>(phase) * per_phase;
   }
+  // visit(texel, value) of those that were touched.
+  template <class Visit>
+  void ForEach(Visit&& visit) const {
+    for (int phase = 0; phase < kTexelsPerVoxel; ++phase) {
+      const float* of_phase =
+          values.data() + static_cast<std::ptrdiff_t>(phase) * per_phase;
+      for (int k = touched_begin; k < touched_end; ++k) {
+        visit(kTexelsPerVoxel * k + phase, of_phase[k]);
+      }
+    }
+  }
   void Clear() {
     std::fill(values.begin(), values.end(), 0.0f);
     touched_begin = per_phase;
@@ -180,6 +191,36 @@ void RowDepth(const ExtinctionGrid& grid,
       for (int k = 0; k < count; ++k) sum[k] += left * source[k] + right * source[k + 1];
     }
   }
+}
+
+// take(j, i, depths) for each row j of `map` and direction i, rows in parallel.
+template <class Take>
+void GatherDepths(const ExtinctionGrid& grid,
+                  const std::vector<Eigen::Vector3d>& directions,
+                  double ground_z_m,
+                  const GroundMap& map,
+                  const Take& take,
+                  const Progress& progress) {
+  const RowExtents extents = FindRowExtents(grid);
+  std::vector<std::vector<Cut>> cuts;
+  cuts.reserve(directions.size());
+  for (const Eigen::Vector3d& direction : directions) {
+    cuts.push_back(CutsAlong(grid, direction, ground_z_m));
+  }
+  ParallelRanges(
+      map.values.rows,
+      kRowsAtOnce,
+      [&](int begin, int end) {
+        PhasedRow depth(map.values.cols);
+        std::vector<float> blended(static_cast<std::size_t>(grid.cells.x()) + 3);
+        for (int j = begin; j < end; ++j) {
+          for (std::size_t i = 0; i < cuts.size(); ++i) {
+            RowDepth(grid, extents, cuts[i], map, j, blended, depth);
+            take(j, i, depth);
+          }
+        }
+      },
+      progress);
 }
 
 // --- Maps ----------------------------------------------------------------------------
@@ -263,30 +304,15 @@ GroundMap SunMap(const ExtinctionGrid& grid,
   if (disc.empty()) return {};
   GroundMap map = covers(voxels, disc);
 
-  const RowExtents extents = FindRowExtents(voxels);
-  std::vector<std::vector<Cut>> cuts;
-  for (const Eigen::Vector3d& direction : disc) {
-    cuts.push_back(CutsAlong(voxels, direction, ground_z_m));
-  }
   const float share = 1.0f / static_cast<float>(disc.size());
-  ParallelRanges(
-      map.values.rows,
-      kRowsAtOnce,
-      [&](int begin, int end) {
-        PhasedRow depth(map.values.cols);
-        std::vector<float> blended(static_cast<std::size_t>(voxels.cells.x()) + 3);
-        for (int j = begin; j < end; ++j) {
-          auto* row = map.values.ptr<float>(j);
-          for (const std::vector<Cut>& along : cuts) {
-            RowDepth(voxels, extents, along, map, j, blended, depth);
-            for (int phase = 0; phase < kTexelsPerVoxel; ++phase) {
-              const float* d = depth.Phase(phase);
-              for (int k = depth.touched_begin; k < depth.touched_end; ++k) {
-                row[kTexelsPerVoxel * k + phase] += share * std::expm1(-d[k]);
-              }
-            }
-          }
-        }
+  GatherDepths(
+      voxels,
+      disc,
+      ground_z_m,
+      map,
+      [&](int j, std::size_t, const PhasedRow& depth) {
+        auto* row = map.values.ptr<float>(j);
+        depth.ForEach([&](int texel, float d) { row[texel] += share * std::expm1(-d); });
       },
       progress);
   return map;
@@ -359,44 +385,31 @@ GroundMap SkyMap(const ExtinctionGrid& grid,
                                  Eigen::Vector2d(box.max().head<2>()));
   GroundMap map = MapOver({foot.min() - margin, foot.max() + margin}, voxels, CV_32FC3);
 
-  const RowExtents extents = FindRowExtents(voxels);
-  std::vector<std::vector<Cut>> cuts;
-  for (const Eigen::Vector3d& direction : directions) {
-    cuts.push_back(CutsAlong(voxels, direction, options.ground_z_m));
-  }
-  ParallelRanges(
-      map.values.rows,
-      kRowsAtOnce,
-      [&](int begin, int end) {
-        PhasedRow depth(map.values.cols);
-        std::vector<float> blended(static_cast<std::size_t>(voxels.cells.x()) + 3);
-        for (int j = begin; j < end; ++j) {
-          auto* row = map.values.ptr<cv::Vec3f>(j);
-          for (std::size_t i = 0; i < directions.size(); ++i) {
-            RowDepth(voxels, extents, cuts[i], map, j, blended, depth);
-            const cv::Vec3f weight(weights[i][0], weights[i][1], weights[i][2]);
-            for (int phase = 0; phase < kTexelsPerVoxel; ++phase) {
-              const float* d = depth.Phase(phase);
-              for (int k = depth.touched_begin; k < depth.touched_end; ++k) {
-                if (d[k] > 0) {
-                  row[kTexelsPerVoxel * k + phase] += weight * std::expm1(-d[k]);
-                }
-              }
-            }
-          }
-
-          // Fade out to the map's edge, over the last quarter of the reach
-          const double y = map.corner_m.y() + (j + 0.5) * map.texel_m;
-          for (int i = 0; i < map.values.cols; ++i) {
-            const double x = map.corner_m.x() + (i + 0.5) * map.texel_m;
-            const double beyond = foot.exteriorDistance(Eigen::Vector2d(x, y)) / reach_m;
-            const auto kept = static_cast<float>(std::clamp(4 * (1 - beyond), 0.0, 1.0));
-            if (kept < 1)
-              row[i] = cv::Vec3f::all(1) + kept * (row[i] - cv::Vec3f::all(1));
-          }
-        }
+  GatherDepths(
+      voxels,
+      directions,
+      options.ground_z_m,
+      map,
+      [&](int j, std::size_t i, const PhasedRow& depth) {
+        auto* row = map.values.ptr<cv::Vec3f>(j);
+        const cv::Vec3f weight(weights[i][0], weights[i][1], weights[i][2]);
+        depth.ForEach([&](int texel, float d) {
+          if (d > 0) row[texel] += weight * std::expm1(-d);
+        });
       },
       progress);
+
+  // Fade out to the map's edge, over the last quarter of the reach
+  for (int j = 0; j < map.values.rows; ++j) {
+    auto* row = map.values.ptr<cv::Vec3f>(j);
+    const double y = map.corner_m.y() + (j + 0.5) * map.texel_m;
+    for (int i = 0; i < map.values.cols; ++i) {
+      const double x = map.corner_m.x() + (i + 0.5) * map.texel_m;
+      const double beyond = foot.exteriorDistance(Eigen::Vector2d(x, y)) / reach_m;
+      const auto kept = static_cast<float>(std::clamp(4 * (1 - beyond), 0.0, 1.0));
+      if (kept < 1) row[i] = cv::Vec3f::all(1) + kept * (row[i] - cv::Vec3f::all(1));
+    }
+  }
   return map;
 }
 

@@ -26,6 +26,7 @@ std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
              : Eigen::Vector3d(Eigen::Vector3d::UnitZ().cross(sun).normalized());
   const Eigen::Vector3d b = sun.cross(a);
   constexpr double kGolden_rad = 2.399963229728653;  // pi (3 - sqrt 5)
+  const RowExtents rows = FindRowExtents(grid);
   std::vector<float> mean(occupied.cell.size(), 0.0f);
   for (int i = 0; i < directions; ++i) {
     const double radius = std::tan(kSunRadius_rad) * std::sqrt((i + 0.5) / directions);
@@ -33,7 +34,7 @@ std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
     const Eigen::Vector3d direction =
         sun + radius * (std::cos(turn_rad) * a + std::sin(turn_rad) * b);
     const std::vector<float> tau =
-        TransmittanceAlong(grid, occupied, direction.normalized());
+        TransmittanceAlong(grid, occupied, rows, direction.normalized());
     const float share = 1.0f / static_cast<float>(directions);
     for (std::size_t v = 0; v < mean.size(); ++v) mean[v] += share * tau[v];
   }

@@ -87,8 +87,14 @@ void RowOpticalDepth(const ExtinctionGrid& grid,
 std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const Eigen::Vector3d& direction) {
+  return TransmittanceAlong(grid, occupied, FindRowExtents(grid), direction);
+}
+
+std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
+                                      const OccupiedVoxels& occupied,
+                                      const RowExtents& rows,
+                                      const Eigen::Vector3d& direction) {
   const std::vector<PatternStep> pattern = RayPattern(grid.cells, grid.cell_m, direction);
-  const RowExtents rows = FindRowExtents(grid);
   std::vector<float> transmittance(occupied.cell.size());
   ParallelRanges(grid.cells.z(), 2, [&](int z_begin, int z_end) {
     std::vector<float> depth(static_cast<std::size_t>(grid.cells.x()));

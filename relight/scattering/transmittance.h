@@ -52,4 +52,10 @@ std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const Eigen::Vector3d& direction);
 
+// The same, for many directions of one grid.
+std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
+                                      const OccupiedVoxels& occupied,
+                                      const RowExtents& rows,
+                                      const Eigen::Vector3d& direction);
+
 }  // namespace relight
