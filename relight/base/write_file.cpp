@@ -50,18 +50,6 @@ void Flush(const fs::path& temporary, const fs::path& file) {
   if (flushed != 0) Fail(file, "cannot be written", flushed);
 }
 
-void RequirePlaceFor(const fs::path& file) {
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  std::error_code status;
-  if (!fs::is_directory(folder, status)) {
-    throw InputError(file.string() + ": the folder " + folder.string() +
-                     " does not exist; make it first, or choose another with -o");
-  }
-  if (fs::is_directory(file, status)) {
-    throw InputError(file.string() + ": is a folder; give the name of a file with -o");
-  }
-}
-
 void WriteAll(int out, std::string_view text, const fs::path& file) {
   while (!text.empty()) {
     const ssize_t n = ::write(out, text.data(), text.size());
@@ -81,6 +69,19 @@ struct Descriptor {
 constexpr const char* kPart = ".part-";
 
 }  // namespace
+
+void RequirePlaceFor(const fs::path& file) {
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  std::error_code status;
+  if (!fs::is_directory(folder, status)) {
+    throw InputError(file.string() + ": the folder " + folder.string() +
+                     " does not exist; make it first, or choose another with -o");
+  }
+  if (fs::is_directory(file, status)) {
+    throw InputError(file.string() + ": is a folder; give the name of a file with -o");
+  }
+  if (access(folder.c_str(), W_OK | X_OK) != 0) Fail(file, "cannot be written", errno);
+}
 
 fs::path TemporaryFor(const fs::path& file) {
   static std::atomic<int> count = 0;

@@ -21,6 +21,10 @@ void WriteFileWhole(
 // The same for text or bytes at hand.
 void WriteTextWhole(const std::filesystem::path& file, std::string_view text);
 
+// Throws InputError when `file` is a folder, or its folder is missing or may not be
+// written to: what can be said before the work.
+void RequirePlaceFor(const std::filesystem::path& file);
+
 // For programs that write a file themselves: a new name beside `file`, of the same
 // extension; and what takes its place when it is whole. Throws InputError.
 std::filesystem::path TemporaryFor(const std::filesystem::path& file);

@@ -4,6 +4,7 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/base/field_text.h"
+#include "relight/base/write_file.h"
 #include "relight/photo/photo_facts.h"
 #include "relight/photo/true_heading.h"
 #include "relight/photo/write_photo.h"
@@ -43,7 +44,7 @@ void CheckOutputs(const HourPlan& plan) {
   if (r.shadow) outputs.push_back(*r.shadow);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     RequireNoInput(outputs[i], inputs);
-    if (i > 0 || r.output) RequireFolderFor(outputs[i]);
+    if (i > 0 || r.output) RequirePlaceFor(outputs[i]);
     if (std::find(outputs.begin(),
                   outputs.begin() + static_cast<std::ptrdiff_t>(i),
                   outputs[i]) != outputs.begin() + static_cast<std::ptrdiff_t>(i)) {

@@ -325,15 +325,8 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
   RelitView relit(view, plan.view.options, plan.view.input.sun);
   FrameMaker maker{plan, view, relit, {}};
   if (plan.request.over) {
-    maker.backdrop = ReadPhoto(*plan.request.over, plan.view.options.photo).pixels;
-    if (maker.backdrop.size() != view.photo.pixels.size()) {
-      throw InputError(plan.request.over->string() + ": is " +
-                       std::to_string(maker.backdrop.cols) + " x " +
-                       std::to_string(maker.backdrop.rows) +
-                       " pixels; give a backdrop of the photo's size, " +
-                       std::to_string(view.photo.pixels.cols) + " x " +
-                       std::to_string(view.photo.pixels.rows));
-    }
+    maker.backdrop = ReadBackdrop(
+        *plan.request.over, view.photo.pixels.size(), plan.view.options.photo);
   }
   const bool two_passes = plan.request.exposure == "auto";
   result.exposure_ev =

@@ -46,17 +46,6 @@ std::int64_t ClippedIn(const Photo& photo, const cv::Mat1f& alpha, const fs::pat
   return count;
 }
 
-cv::Mat3f ReadBackdrop(const fs::path& file,
-                       cv::Size size,
-                       const ReadPhotoOptions& options) {
-  cv::Mat3f backdrop = ReadPhoto(file, options).pixels;
-  if (backdrop.size() == size) return backdrop;
-  throw InputError(file.string() + ": is " + std::to_string(backdrop.cols) + " x " +
-                   std::to_string(backdrop.rows) + " pixels, the photo " +
-                   std::to_string(size.width) + " x " + std::to_string(size.height) +
-                   "; give a backdrop of the photo's size");
-}
-
 void WriteLight(const HourPlan& plan,
                 const ViewLight& light,
                 cv::Size size,

@@ -4,6 +4,7 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
+#include "relight/photo/read_photo.h"
 
 #include <algorithm>
 #include <cmath>
@@ -143,6 +144,17 @@ cv::Mat3f RelitView::Whole(const cv::Mat3f& ground, const RelitTree& tree) const
     }
   });
   return whole;
+}
+
+cv::Mat3f ReadBackdrop(const std::filesystem::path& file,
+                       cv::Size size,
+                       const ReadPhotoOptions& options) {
+  cv::Mat3f backdrop = ReadPhoto(file, options).pixels;
+  if (backdrop.size() == size) return backdrop;
+  throw InputError(file.string() + ": is " + std::to_string(backdrop.cols) + " x " +
+                   std::to_string(backdrop.rows) + " pixels, the photo " +
+                   std::to_string(size.width) + " x " + std::to_string(size.height) +
+                   "; give a backdrop of the photo's size");
 }
 
 }  // namespace relight

@@ -13,6 +13,7 @@
 
 #include <opencv2/core.hpp>
 
+#include <filesystem>
 #include <optional>
 
 namespace relight {
@@ -23,6 +24,11 @@ struct RelitTree {
   ViewLight light;          // Of both hours.
   double mean_ratio = 1.0;  // Of the mean luminance inside the matte.
 };
+
+// A photo to put the tree on. Throws InputError when its size is another.
+cv::Mat3f ReadBackdrop(const std::filesystem::path& file,
+                       cv::Size size,
+                       const ReadPhotoOptions& options);
 
 class RelitView {
  public:

@@ -13,14 +13,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <sstream>
-#include <system_error>
 
 namespace relight {
 namespace fs = std::filesystem;
@@ -90,8 +86,7 @@ void ThrowIfMissing(const Missing& missing,
 
 double Megapixels(const PhotoFacts& facts) { return 1e-6 * facts.width * facts.height; }
 
-// Seconds on two cores of a desktop of 2020: what a user is told before work.
-// tests/benchmark prints what they are here.
+// Seconds on two cores of a desktop of 2020, rounded up: what a user is told before work.
 constexpr double kMatteSecondsPerMegapixel = 3.0;
 constexpr double kVolumeSecondsPerMegaray = 1.5;  // Of all views, 8 iterations.
 constexpr double kLightSeconds = 4.0;
@@ -273,23 +268,6 @@ void RequireNoInput(const fs::path& output, const std::vector<fs::path>& inputs)
                        ": is an input; an input is never overwritten; give "
                        "another name with -o");
     }
-  }
-}
-
-void RequireFolderFor(const fs::path& output) {
-  const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
-  std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) {
-    throw InputError(output.string() + ": the folder " + folder.string() +
-                     " does not exist; make it first, or choose another with -o");
-  }
-  if (fs::is_directory(output, ignored)) {
-    throw InputError(output.string() + ": is a folder; give the name of a file with -o");
-  }
-  if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw InputError(output.string() +
-                     ": cannot be written: " + std::generic_category().message(errno) +
-                     "; choose a folder you may write to with -o");
   }
 }
 

@@ -105,11 +105,9 @@ void RequireOriginal(const PhotoFacts& facts);
 // Files that the plan reads: none of them is ever written over.
 std::vector<std::filesystem::path> InputsOf(const ViewPlan& plan);
 
-// Throws InputError when `output` is one of `inputs`, or its folder is missing or may not
-// be written to. Said before the work, not after it.
+// Throws InputError when `output` is one of `inputs`.
 void RequireNoInput(const std::filesystem::path& output,
                     const std::vector<std::filesystem::path>& inputs);
-void RequireFolderFor(const std::filesystem::path& output);
 
 // Throws OptionError when the text is none of same, auto, EV.
 void RequireExposure(const std::string& exposure);

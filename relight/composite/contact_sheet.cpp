@@ -60,7 +60,7 @@ PictureToEncode ToEncode(const cv::Mat3b& picture) {
 
 }  // namespace
 
-ContactSheet::ContactSheet(int frames, cv::Size frame_size) {
+ContactSheet::ContactSheet(int frames, cv::Size frame_size) : frames_(frames) {
   Require(frames > 0 && !frame_size.empty(), "a sheet of some frames");
   const double scale = std::min(
       1.0,
@@ -84,7 +84,7 @@ void ContactSheet::Add(const cv::Mat3b& preview,
                        double sun_elevation_rad) {
   const cv::Point corner(kGap_px + added_ % columns_ * cell_.width,
                          kGap_px + added_ / columns_ * cell_.height);
-  Require(corner.y + cell_.height <= picture_.rows, "no more frames than were announced");
+  Require(added_ < frames_, "no more frames than were announced");
   ++added_;
   cv::Mat3b small;
   cv::resize(preview, small, thumbnail_, 0, 0, cv::INTER_AREA);

@@ -30,8 +30,7 @@ class ContactSheet {
 
  private:
   cv::Size cell_, thumbnail_;
-  int columns_ = 1;
-  int added_ = 0;
+  int frames_ = 0, columns_ = 1, added_ = 0;
   cv::Mat3b picture_;
 };
 

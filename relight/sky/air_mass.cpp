@@ -4,6 +4,8 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 
+#include <cmath>
+#include <numbers>
 #include <sstream>
 
 namespace relight {
@@ -19,6 +21,17 @@ double AirMass(double zenith_rad) {
     throw InputError(text.str());
   }
   return 1.0 / (std::cos(zenith_rad) + 0.50572 * std::pow(96.07995 - z_deg, -1.6364));
+}
+
+double AirMassOfSun(const Eigen::Vector3d& sun_in_world) {
+  const double elevation_rad = ElevationOf(sun_in_world);
+  if (!(elevation_rad > 0.0)) {
+    std::ostringstream text;
+    text << "the sun is at " << DegFromRad(elevation_rad)
+         << " degrees and gives no light; choose an hour between sunrise and sunset";
+    throw InputError(text.str());
+  }
+  return AirMass(std::numbers::pi / 2 - elevation_rad);
 }
 
 }  // namespace relight

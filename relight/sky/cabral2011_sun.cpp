@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/sky/cabral2011_sun.h"
 
-#include "relight/base/angles.h"
-#include "relight/base/error.h"
 #include "relight/sky/air_mass.h"
-
-#include <sstream>
 
 namespace relight {
 
@@ -23,15 +19,7 @@ Eigen::Array3d Cabral2011SunIrradianceAtAirMass(double air_mass,
 
 Eigen::Array3d Cabral2011SunIrradiance(const Eigen::Vector3d& sun_in_world,
                                        const Cabral2011SunOptions& options) {
-  const double elevation_rad = ElevationOf(sun_in_world);
-  if (!(elevation_rad > 0.0)) {
-    std::ostringstream text;
-    text << "the sun is at " << DegFromRad(elevation_rad)
-         << " degrees and gives no light; choose an hour between sunrise and sunset";
-    throw InputError(text.str());
-  }
-  return Cabral2011SunIrradianceAtAirMass(AirMass(std::numbers::pi / 2 - elevation_rad),
-                                          options);
+  return Cabral2011SunIrradianceAtAirMass(AirMassOfSun(sun_in_world), options);
 }
 
 }  // namespace relight

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/sky/preetham_sun.h"
 
-#include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/sky/air_mass.h"
 #include "relight/sky/rec709.h"
 
 #include <algorithm>
 #include <iterator>
-#include <sstream>
+#include <numbers>
 
 namespace relight {
 namespace {
@@ -164,15 +163,7 @@ SunIrradiance PreethamSunIrradianceAtAirMass(double air_mass,
 
 SunIrradiance PreethamSunIrradiance(const Eigen::Vector3d& sun_in_world,
                                     const PreethamSunOptions& options) {
-  const double elevation_rad = ElevationOf(sun_in_world);
-  if (!(elevation_rad > 0.0)) {
-    std::ostringstream text;
-    text << "the sun is at " << DegFromRad(elevation_rad)
-         << " degrees and gives no light; choose an hour between sunrise and sunset";
-    throw InputError(text.str());
-  }
-  return PreethamSunIrradianceAtAirMass(AirMass(std::numbers::pi / 2 - elevation_rad),
-                                        options);
+  return PreethamSunIrradianceAtAirMass(AirMassOfSun(sun_in_world), options);
 }
 
 }  // namespace relight
