@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace {
@@ -117,7 +118,7 @@ int main(int argc, char** argv) {
           stderr,
           "relight: standard output cannot be written: {}; free some space or send "
           "it elsewhere\n",
-          std::strerror(errno));
+          std::generic_category().message(errno));
       return kBadInput;
     }
     return code;

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <system_error>
 #include <vector>
 
 namespace relight {
@@ -34,7 +35,9 @@ std::string HashOfText(std::string_view text) {
 
 std::string HashOfFile(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
+  if (!in)
+    throw InputError(file.string() +
+                     ": cannot be read: " + std::generic_category().message(errno));
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
                                                                        &XXH3_freeState);
   XXH3_128bits_reset(state.get());

@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 std::vector<fs::path> FoldersToLookIn() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): the environment is not written
   if (const char* given = std::getenv("RELIGHT_DATA");
       given != nullptr && *given != '\0') {
     return {given};

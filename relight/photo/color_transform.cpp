@@ -23,7 +23,7 @@ constexpr char kSrgb[] = "sRGB";
 const ocio::ConstConfigRcPtr& OwnConfig() {
   static const ocio::ConstConfigRcPtr config = [] {
     std::istringstream text(kRelightOcio);
-    const ocio::ConstConfigRcPtr read = ocio::Config::CreateFromStream(text);
+    ocio::ConstConfigRcPtr read = ocio::Config::CreateFromStream(text);
     read->validate();
     return read;
   }();
@@ -32,6 +32,7 @@ const ocio::ConstConfigRcPtr& OwnConfig() {
 
 // What the environment variable OCIO names; empty when it is unset.
 std::string GivenConfigPath() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): the environment is not written
   const char* given = std::getenv("OCIO");
   return given != nullptr ? given : "";
 }
@@ -43,7 +44,7 @@ std::string GivenConfigPath() {
 
 ocio::ConstConfigRcPtr GivenConfig(const std::string& path) {
   try {
-    const ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(path.c_str());
+    ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(path.c_str());
     config->validate();
     if (!config->hasRole(ocio::ROLE_SCENE_LINEAR)) {
       RefuseConfig(path, "it has no role scene_linear");
@@ -56,6 +57,7 @@ ocio::ConstConfigRcPtr GivenConfig(const std::string& path) {
 
 std::vector<std::string> NamesOf(const ocio::ConstConfigRcPtr& config) {
   std::vector<std::string> names;
+  names.reserve(static_cast<std::size_t>(config->getNumColorSpaces()));
   for (int i = 0; i < config->getNumColorSpaces(); ++i) {
     names.emplace_back(config->getColorSpaceNameByIndex(i));
   }

@@ -14,6 +14,7 @@
 #include <fstream>
 #include <new>
 #include <string_view>
+#include <system_error>
 
 namespace relight {
 namespace fs = std::filesystem;
@@ -169,7 +170,8 @@ PictureFile::PictureFile(const fs::path& path) : path_(path), input_(new Input) 
   if (fs::is_directory(path, status)) Refuse("is a folder; give a picture file");
   std::string head(16, '\0');
   std::ifstream in(path, std::ios::binary);
-  if (!in) Refuse(std::string("cannot be read: ") + std::strerror(errno));
+  if (!in)
+    Refuse(std::string("cannot be read: ") + std::generic_category().message(errno));
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(in.gcount()));
   in.close();

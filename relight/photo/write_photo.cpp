@@ -84,7 +84,7 @@ struct ToDisplay {
   static constexpr float kLargest = 1.f;
   static Integer Quantised(float value) {
     constexpr float kMax = std::numeric_limits<Integer>::max();
-    return static_cast<Integer>(std::clamp(value, 0.f, 1.f) * kMax + 0.5f);
+    return static_cast<Integer>(std::lround(std::clamp(value, 0.f, 1.f) * kMax));
   }
   static void Pixel(const cv::Vec3f& linear, float alpha, bool has_alpha, Integer* out) {
     for (int c = 0; c < 3; ++c) {
@@ -171,6 +171,7 @@ WriteSummary WritePhoto(const fs::path& path,
 
 std::vector<std::string> WritableExtensions() {
   std::vector<std::string> names;
+  names.reserve(kExtensions.size());
   for (const Extension& each : kExtensions) names.emplace_back(each.name);
   return names;
 }

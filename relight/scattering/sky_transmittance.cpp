@@ -16,7 +16,8 @@ SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
                                       const SkyTransmittanceOptions& options,
                                       const Progress& progress) {
   CheckFields(options);
-  const auto count = static_cast<std::size_t>(options.bands * options.bands);
+  const auto count =
+      static_cast<std::size_t>(options.bands) * static_cast<std::size_t>(options.bands);
   SkyTransmittance result;
   result.bands = options.bands;
   result.coefficients.assign(count, std::vector<float>(occupied.cell.size(), 0.0f));

@@ -67,6 +67,7 @@ std::vector<Eigen::Vector3d> SphereDirections(int count) {
   Require(count >= 1, "one direction or more");
   const double golden_angle = pi * (3.0 - std::sqrt(5.0));
   std::vector<Eigen::Vector3d> directions;
+  directions.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     directions.push_back(DirectionAt(1.0 - (2.0 * i + 1.0) / count, i * golden_angle));
   }
