@@ -29,8 +29,15 @@ struct PreparedView {
   Progress progress;  // What is left of the stage after the volume's light.
 };
 
-// The stage that follows the volume's light is begun, and up to 0.3 of it done. Throws
+// The stage that follows the volume's light is begun, and up to 0.3 of it done. A picture
+// in memory that differs from the view's own photo by no more than a step of 8 bits
+// stands for it, and the colours that are kept with the capture are used. Throws
 // InputError, Cancelled.
 PreparedView PrepareView(const ViewPlan& plan, const StageStart& start = {});
+
+// The same view at a size of at most `longest_px`, by means over areas: for a quick look.
+// Colours are weighted by the alpha they belong to. A view that is no larger is answered
+// as it is.
+PreparedView Smaller(const PreparedView& view, int longest_px);
 
 }  // namespace relight

@@ -14,6 +14,7 @@
 #include <opencv2/core.hpp>
 
 #include <optional>
+#include <string>
 
 namespace relight {
 
@@ -23,6 +24,10 @@ struct RelitTree {
   ViewLight light;          // Of both hours.
   double mean_ratio = 1.0;  // Of the mean luminance inside the matte.
 };
+
+// Stops of an exposure "same", "auto" (the tree as bright as in the photo) or a number of
+// them, as RequireExposure takes them.
+double ExposureStops(const std::string& exposure, double mean_ratio);
 
 class RelitView {
  public:
