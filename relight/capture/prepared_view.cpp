@@ -134,16 +134,25 @@ Progress BeginVerb(const ViewPlan& plan, const Begin& begin) {
   return {};
 }
 
-// One picture, but for the rounding of 8 bits and of two decoders of a JPEG.
+// One picture, but for what two decoders of a JPEG make of it and for 8 bits: luma within
+// two steps in each pixel; colour, which a JPEG may hold at half the size, in the mean
+// over the 8 x 8 pixels of a block.
 bool LooksLike(const Photo& picture, const Photo& photo) {
-  constexpr double kStep = 1.5 / 255;
-  return picture.pixels.size() == photo.pixels.size() &&
-         picture.alpha.empty() == photo.alpha.empty() &&
-         cv::norm(DisplayFromLinear(picture.pixels),
-                  DisplayFromLinear(photo.pixels),
-                  cv::NORM_INF) <= kStep &&
+  constexpr double kTwoSteps = 2.5 / 255;
+  const cv::Size size = photo.pixels.size();
+  if (picture.pixels.size() != size || picture.alpha.empty() != photo.alpha.empty())
+    return false;
+  const cv::Mat3f apart =
+      DisplayFromLinear(picture.pixels) - DisplayFromLinear(photo.pixels);
+  cv::Mat1f luma;
+  cv::transform(apart, luma, cv::Matx13f(0.299f, 0.587f, 0.114f));
+  cv::Mat3f blocks;
+  cv::resize(
+      apart, blocks, {(size.width + 7) / 8, (size.height + 7) / 8}, 0, 0, cv::INTER_AREA);
+  return cv::norm(luma, cv::NORM_INF) <= kTwoSteps &&
+         cv::norm(blocks, cv::NORM_INF) <= kTwoSteps &&
          (photo.alpha.empty() ||
-          cv::norm(picture.alpha, photo.alpha, cv::NORM_INF) <= kStep);
+          cv::norm(picture.alpha, photo.alpha, cv::NORM_INF) <= kTwoSteps);
 }
 
 // Means over areas of colours that count as much as their alpha does.

@@ -30,8 +30,8 @@ struct PreparedView {
 };
 
 // The stage that follows the volume's light is begun, and up to 0.3 of it done. A picture
-// in memory that differs from the view's own photo by no more than a step of 8 bits
-// stands for it, and the colours that are kept with the capture are used. Throws
+// in memory that is the view's own photo, but for its rounding to 8 bits or another
+// decoder, stands for it, with the colours that are kept in the capture. Throws
 // InputError, Cancelled.
 PreparedView PrepareView(const ViewPlan& plan, const StageStart& start = {});
 
