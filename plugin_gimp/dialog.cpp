@@ -18,7 +18,7 @@
 namespace relight::gimp {
 namespace {
 
-constexpr int kPreview_px = 380;
+constexpr int kPreview_px = 440;
 constexpr const char* kProcedure = "plug-in-relight-tree";
 
 // As the combo boxes have them.
@@ -197,8 +197,8 @@ void Dialog::AddLights(const Settings& s) {
       {"As it is at that hour", "As bright as the photo", "Brighter by stops"}, kind);
   Row("_Exposure:", exposure_);
   stops_ = gtk_spin_button_new_with_range(-10, 10, 0.25);
-  if (kind == kStops)
-    gtk_spin_button_set_value(GTK_SPIN_BUTTON(stops_), std::atof(s.exposure.c_str()));
+  gtk_spin_button_set_value(GTK_SPIN_BUTTON(stops_),
+                            g_ascii_strtod(s.exposure.c_str(), nullptr));
   g_signal_connect(stops_, "value-changed", G_CALLBACK(OnChanged), this);
   Row("      s_tops", stops_);
   shadow_ = gtk_check_button_new_with_mnemonic("_Shadow on the ground, as a layer");
