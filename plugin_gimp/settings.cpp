@@ -49,6 +49,9 @@ std::string InWordsOfDialog(std::string message) {
     message.erase(command);
   }
   const std::vector<std::pair<std::string, std::string>> sentences = {
+      {"its matte holds no tree (no pixel above 0.5); give another with --matte",
+       "the layer holds no tree, for nothing of it is opaque; select the layer that "
+       "does"},
       {"; give its height with --ground Z_m", "; leave Shadow off"},
   };
   for (const auto& [theirs, ours] : sentences) ReplaceAll(message, theirs, ours);
