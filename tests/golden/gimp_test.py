@@ -15,7 +15,7 @@ import subprocess
 import tempfile
 import unittest
 
-from relight_runner import Png, RelightCase, made_capture, tree_png, write_png
+from relight_runner import Png, RelightCase, made_capture, relight, tree_png, write_png
 
 GIMP = shutil.which("gimp-console-2.10")
 PROFILE = pathlib.Path(tempfile.mkdtemp(prefix="relight_gimp_"))
@@ -285,7 +285,8 @@ class WrongInput(InGimp):
              ("no place", "“Place”", "“Time zone”", "“Taken”", "“Heading”")),
             (opening + relight_call(lit_from="180"), ("“Light in the photo from”", '"180"')),
             (opening + relight_call(**SIDES, exposure="bright"), ("“Exposure”", "bright")),
-            (opening + relight_call(to="17:00", to_light="90,25", **FACTS), ("“Date and hour”", "one of them")),
+            (opening + relight_call(to="17:00", to_light="90,25", **FACTS),
+             ("“Date and hour”", "one of them")),
             (opening + relight_call(capture=str(self.folder), **SIDES), ("capture.toml",)),
             (opening + relight_call(mode="RUN-WITH-LAST-VALS"), ("nothing to repeat",)),
             (f'(define image (load-picture "{opaque}"))\n' + relight_call(**SIDES),
@@ -311,6 +312,57 @@ class WrongInput(InGimp):
             self.assertNotIn("--", message, "options are the command line's, not the dialog's")
         for file, content in before.items():
             self.assertEqual(file.read_bytes(), content)
+
+
+class Check(RelightCase):
+    """relight gimp --check, beside programs that only answer their version."""
+
+    def program(self, name, words, stream=1, mode=0o755):
+        file = self.folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"#!/bin/sh\necho '{words}' >&{stream}\n")
+        file.chmod(mode)
+        return file
+
+    def check(self, code, *names):
+        outcome = relight("gimp", "--check", "--json", env={
+            "PATH": str(self.folder / "bin"), "GIMP2_DIRECTORY": str(self.folder / "profile"),
+            "GIMP2_PLUGINDIR": str(self.folder / "system")})
+        self.assertEqual(outcome.code, code, outcome.err)
+        self.assertEqual(outcome.json["seen"], code == 0)
+        for name in names:
+            self.assertIn(str(name), outcome.out)
+        return outcome.json
+
+    def test_each_fault_and_its_remedy(self):
+        version = self.done("--version").out.split()[1]
+        self.check(1, "GIMP is not installed", "apt-get install gimp")
+        self.program("bin/gimp", "GNU Image Manipulation Program version 3.0.4")
+        self.check(1, "is GIMP 3.0.4", "for 2.10")
+        self.program("bin/gimp", "GNU Image Manipulation Program version 2.10.34")
+        self.check(1, "no folder", "./bootstrap install", self.folder / "system/plug-ins")
+        name = "profile/plug-ins/relight-tree"
+        loose = self.program(name, f"relight-tree {version}", 2)
+        self.check(1, "not in a folder of its own", "move it")
+        loose.unlink()
+        plugin = f"{name}/relight-tree"
+        self.program(plugin, f"relight-tree {version}", 2, mode=0o644)
+        if os.geteuid() != 0 or not os.access(self.folder / plugin, os.X_OK):
+            self.check(1, "not executable", "chmod +x")
+        self.program(plugin, "error while loading shared libraries: libx.so", 2)
+        self.check(1, "does not start", "libx.so")
+        self.program(plugin, "relight-tree 0.0.0", 2)
+        self.check(1, "version 0.0.0", version)
+        self.program(plugin, f"relight-tree {version}", 2)
+        found = self.check(0)
+        self.assertEqual(found["plugin"], str(self.folder / plugin))
+        self.assertEqual((found["version"], found["gimp"]["version"]), (version, "2.10.34"))
+        # The last line of the user's own settings says where
+        (self.folder / "profile" / "gimprc").write_text(
+            '# (plug-in-path "/nowhere")\n(plug-in-path "${gimp_dir}/other")\n')
+        found = self.check(1, "no folder")
+        self.assertEqual([f["folder"] for f in found["folders"]],
+                         [str(self.folder / "profile" / "other")])
 
 
 if __name__ == "__main__":
