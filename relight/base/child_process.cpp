@@ -35,7 +35,8 @@ std::optional<fs::path> FindProgram(const std::string& name) {
 }
 
 ChildProcess::ChildProcess(const fs::path& program,
-                           const std::vector<std::string>& arguments) {
+                           const std::vector<std::string>& arguments,
+                           Output output) {
   // A socket, for writing to one that nobody reads raises no signal when asked not to
   int ends[2] = {-1, -1};
   messages_ = memfd_create("messages", MFD_CLOEXEC);
@@ -52,7 +53,11 @@ ChildProcess::ChildProcess(const fs::path& program,
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  if (output == Output::kWithMessages) {
+    posix_spawn_file_actions_adddup2(&files, messages_, STDOUT_FILENO);
+  } else {
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  }
   posix_spawn_file_actions_adddup2(&files, messages_, STDERR_FILENO);
   posix_spawnattr_t how;
   posix_spawnattr_init(&how);

@@ -21,9 +21,13 @@ std::optional<std::filesystem::path> FindProgram(const std::string& name);
 // Finish.
 class ChildProcess {
  public:
-  // `arguments` without the program's own name. Throws InputError when it cannot start.
+  enum class Output { kDropped, kWithMessages };
+
+  // `arguments` without the program's own name; `output`: what becomes of its standard
+  // output. Throws InputError when it cannot start.
   ChildProcess(const std::filesystem::path& program,
-               const std::vector<std::string>& arguments);
+               const std::vector<std::string>& arguments,
+               Output output = Output::kDropped);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <set>
 #include <sstream>
+#include <system_error>
 
 namespace relight {
 namespace fs = std::filesystem;
@@ -129,6 +130,24 @@ const ViewEntry& FindView(const Capture& capture, const std::string& name) {
   }
   throw InputError(capture.folder.string() + ": no view \"" + name +
                    "\"; its views are " + Listed(names));
+}
+
+std::optional<CaptureView> CaptureOfPhoto(const fs::path& photo) {
+  std::error_code ignored;
+  const fs::path own = fs::absolute(photo, ignored).lexically_normal().parent_path();
+  for (const fs::path& folder : {own, own.parent_path()}) {
+    if (!fs::is_regular_file(folder / "capture.toml", ignored)) continue;
+    const Capture capture = OpenCapture(folder);
+    const auto& views = capture.file.views;
+    for (const ViewEntry& view : views) {
+      if (fs::equivalent(capture.PhotoOf(view), photo, ignored))
+        return CaptureView{folder, view.name};
+    }
+    for (const ViewEntry& view : views) {
+      if (photo.stem() == view.name) return CaptureView{folder, view.name};
+    }
+  }
+  return {};
 }
 
 std::optional<fs::path> FileOfView(const Capture& capture,

@@ -64,6 +64,14 @@ Capture OpenCapture(const std::filesystem::path& folder);
 // Throws InputError that lists the views there are.
 const ViewEntry& FindView(const Capture& capture, const std::string& name);
 
+// The capture that a photo lies in (its folder, or the one above) and the view it is: its
+// file, else the view of its name without extension. Nothing when there is none.
+struct CaptureView {
+  std::filesystem::path folder;
+  std::string view;
+};
+std::optional<CaptureView> CaptureOfPhoto(const std::filesystem::path& photo);
+
 // The photo's own file below `subfolder` (mattes, trimaps), whatever its extension among
 // those of images; nothing when there is none.
 std::optional<std::filesystem::path> FileOfView(const Capture& capture,

@@ -5,10 +5,13 @@
 #include "relight/base/error.h"
 #include "relight/cameras/level_camera.h"
 #include "relight/composite/ground_shadow.h"
-#include "relight/photo/photo_facts.h"
+#include "relight/photo/color.h"
 #include "relight/photo/read_photo.h"
 #include "relight/volume/silhouette_volume.h"
 
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -70,10 +73,9 @@ std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
                      ": its matte holds no tree (no pixel above 0.5); give "
                      "another with --matte");
   }
-  const PhotoFacts facts = ReadPhotoFacts(plan.photo);
   double focal_35mm_mm = kPhoneFocal35mm_mm;
-  if (facts.focal_35mm_mm) {
-    focal_35mm_mm = *facts.focal_35mm_mm;
+  if (plan.focal_35mm_mm) {
+    focal_35mm_mm = *plan.focal_35mm_mm;
   } else {
     notes.push_back(
         "no focal length in EXIF: 26 mm (35 mm equivalent), a phone's, is taken");
@@ -132,6 +134,43 @@ Progress BeginVerb(const ViewPlan& plan, const Begin& begin) {
   return {};
 }
 
+// One picture, but for what two decoders of a JPEG make of it and for 8 bits: luma within
+// two steps in each pixel; colour, which a JPEG may hold at half the size, in the mean
+// over the 8 x 8 pixels of a block.
+bool LooksLike(const Photo& picture, const Photo& photo) {
+  constexpr double kTwoSteps = 2.5 / 255;
+  const cv::Size size = photo.pixels.size();
+  if (picture.pixels.size() != size || picture.alpha.empty() != photo.alpha.empty())
+    return false;
+  const cv::Mat3f apart =
+      DisplayFromLinear(picture.pixels) - DisplayFromLinear(photo.pixels);
+  cv::Mat1f luma;
+  cv::transform(apart, luma, cv::Matx13f(0.299f, 0.587f, 0.114f));
+  cv::Mat3f blocks;
+  cv::resize(
+      apart, blocks, {(size.width + 7) / 8, (size.height + 7) / 8}, 0, 0, cv::INTER_AREA);
+  return cv::norm(luma, cv::NORM_INF) <= kTwoSteps &&
+         cv::norm(blocks, cv::NORM_INF) <= kTwoSteps &&
+         (photo.alpha.empty() ||
+          cv::norm(picture.alpha, photo.alpha, cv::NORM_INF) <= kTwoSteps);
+}
+
+// Means over areas of colours that count as much as their alpha does.
+cv::Mat3f SmallerColors(const cv::Mat3f& colors, const cv::Mat1f& alpha, cv::Size size) {
+  // Where there is no tree its colours go on, for they are defined there too
+  const cv::Mat1f weight = alpha + 1e-3f;
+  cv::Mat1f small_weight;
+  cv::resize(weight, small_weight, size, 0, 0, cv::INTER_AREA);
+  cv::Mat3f weighted(colors.size()), small;
+  weighted.forEach([&](cv::Vec3f& color, const int* at) {
+    color = colors(at[0], at[1]) * weight(at[0], at[1]);
+  });
+  cv::resize(weighted, small, size, 0, 0, cv::INTER_AREA);
+  small.forEach(
+      [&](cv::Vec3f& color, const int* at) { color /= small_weight(at[0], at[1]); });
+  return small;
+}
+
 // Throws InputError when photo and camera are not of one shape.
 Camera CameraFor(const cv::Mat3f& pixels, const Camera& camera, const fs::path& file) {
   const double stretch = static_cast<double>(pixels.cols) * camera.height_px /
@@ -179,11 +218,17 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
   view.progress = BeginVerb(plan, begin);
   const Progress reading = view.progress.Part(0, 0.3);
   const ViewEntry& entry = FindView(capture, plan.name);
-  view.photo = ReadPhoto(plan.PhotoFile(), options.photo);
+  view.photo = PixelsOf(plan);
+  bool other = plan.request.photo.has_value();
+  if (plan.request.picture) {
+    Photo own = ReadPhoto(plan.photo, options.photo);
+    other = !LooksLike(view.photo, own);
+    if (!other) view.photo = std::move(own);
+  }
   const bool own_alpha = !view.photo.alpha.empty();
-  if (plan.request.matte || (plan.request.photo && own_alpha)) {
+  if (plan.request.matte || (other && own_alpha)) {
     view.cut = CutOutAlone(plan, view.photo, reading);
-  } else if (plan.request.photo) {
+  } else if (other) {
     const auto matte = FileOfView(capture, "mattes", entry.name);
     view.cut.alpha =
         matte ? ReadMatteFor(*matte, view.photo.pixels.size(), plan.PhotoFile())
@@ -197,7 +242,7 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
 
 void PrepareAlone(const ViewPlan& plan, const Begin& begin, PreparedView& view) {
   const Progress making = begin("volume");
-  view.photo = ReadPhoto(plan.photo, plan.options.photo);
+  view.photo = PixelsOf(plan);
   view.cut = CutOutAlone(plan, view.photo, making);
   std::tie(view.camera, view.tree.grid) = StandIn(plan, view.cut.alpha, view.notes);
   view.tree.occupied = FindOccupied(view.tree.grid);
@@ -226,6 +271,29 @@ PreparedView PrepareView(const ViewPlan& plan, const StageStart& start) {
       view.tree.grid, view.tree.occupied, view.camera, plan.options.shadow.ground_z_m);
   view.progress = view.progress.Part(0.3, 1);
   return view;
+}
+
+PreparedView Smaller(const PreparedView& view, int longest_px) {
+  const cv::Size size = view.photo.pixels.size();
+  const double shrink =
+      std::max(size.width, size.height) / static_cast<double>(longest_px);
+  if (shrink <= 1) return view;
+  const cv::Size small(std::max(1, static_cast<int>(std::lround(size.width / shrink))),
+                       std::max(1, static_cast<int>(std::lround(size.height / shrink))));
+  const auto by_area = [&](const auto& image) {
+    std::decay_t<decltype(image)> result;
+    if (!image.empty()) cv::resize(image, result, small, 0, 0, cv::INTER_AREA);
+    return result;
+  };
+  PreparedView result = view;
+  result.photo.pixels = view.photo.alpha.empty()
+                            ? by_area(view.photo.pixels)
+                            : SmallerColors(view.photo.pixels, view.photo.alpha, small);
+  result.photo.alpha = by_area(view.photo.alpha);
+  result.cut.foreground = SmallerColors(view.cut.foreground, view.cut.alpha, small);
+  result.cut.alpha = by_area(view.cut.alpha);
+  result.camera = view.camera.Resized(small.width, small.height);
+  return result;
 }
 
 }  // namespace relight

@@ -29,8 +29,15 @@ struct PreparedView {
   Progress progress;  // What is left of the stage after the volume's light.
 };
 
-// The stage that follows the volume's light is begun, and up to 0.3 of it done. Throws
+// The stage that follows the volume's light is begun, and up to 0.3 of it done. A picture
+// in memory that is the view's own photo, but for its rounding to 8 bits or another
+// decoder, stands for it, with the colours that are kept in the capture. Throws
 // InputError, Cancelled.
 PreparedView PrepareView(const ViewPlan& plan, const StageStart& start = {});
+
+// The same view at a size of at most `longest_px`, by means over areas: for a quick look.
+// Colours are weighted by the alpha they belong to. A view that is no larger is answered
+// as it is.
+PreparedView Smaller(const PreparedView& view, int longest_px);
 
 }  // namespace relight

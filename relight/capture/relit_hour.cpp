@@ -89,11 +89,7 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
 
   // Exposure: one factor for all
   result.mean_ratio = tree.mean_ratio;
-  if (r.exposure == "auto") {
-    result.exposure_ev = tree.mean_ratio > 0 ? -std::log2(tree.mean_ratio) : 0.0;
-  } else if (r.exposure != "same") {
-    result.exposure_ev = std::stod(r.exposure);
-  }
+  result.exposure_ev = ExposureStops(r.exposure, tree.mean_ratio);
 
   // Figures, and what they mean
   result.weak_share = tree.light.weak_share;

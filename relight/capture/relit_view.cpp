@@ -32,6 +32,12 @@ double MeanLuminance(const cv::Mat3f& colors, const cv::Mat1f& alpha) {
 
 }  // namespace
 
+double ExposureStops(const std::string& exposure, double mean_ratio) {
+  if (exposure == "same") return 0.0;
+  if (exposure == "auto") return mean_ratio > 0 ? -std::log2(mean_ratio) : 0.0;
+  return std::stod(exposure);
+}
+
 RelitView::RelitView(const PreparedView& view,
                      const CaptureOptions& options,
                      const SolarPosition& input)

@@ -15,6 +15,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 namespace relight {
 
@@ -29,6 +30,10 @@ struct RelitTree {
 cv::Mat3f ReadBackdrop(const std::filesystem::path& file,
                        cv::Size size,
                        const ReadPhotoOptions& options);
+
+// Stops of an exposure "same", "auto" (the tree as bright as in the photo) or a number of
+// them, as RequireExposure takes them.
+double ExposureStops(const std::string& exposure, double mean_ratio);
 
 class RelitView {
  public:

@@ -6,7 +6,9 @@
 #include "relight/base/field_text.h"
 #include "relight/capture/tree_volume.h"
 #include "relight/capture/view_matte.h"
+#include "relight/photo/color.h"
 #include "relight/photo/photo_facts.h"
+#include "relight/photo/read_photo.h"
 #include "relight/photo/true_heading.h"
 #include "relight/sky/light_in_words.h"
 #include "relight/sky/sun_times.h"
@@ -172,6 +174,21 @@ void PlanStages(ViewPlan& plan, Missing& missing) {
 
 }  // namespace
 
+Photo PixelsOf(const ViewPlan& plan) {
+  if (!plan.request.picture) return ReadPhoto(plan.PhotoFile(), plan.options.photo);
+  Photo picture = *plan.request.picture;
+  if (plan.options.photo.tone == Tone::kCamera) {
+    picture.pixels = picture.pixels.clone();
+    picture.pixels.forEach([](cv::Vec3f& color, const int*) {
+      for (int c = 0; c < 3; ++c) {
+        color[c] = LinearFromSrgb(
+            static_cast<float>(DisplayFromCamera(SrgbFromLinear(color[c]))));
+      }
+    });
+  }
+  return picture;
+}
+
 SolarPosition SunAt(double azimuth_rad, double elevation_rad) {
   return {std::fmod(azimuth_rad + 4 * std::numbers::pi, 2 * std::numbers::pi),
           elevation_rad,
@@ -294,7 +311,8 @@ ViewPlan PlanView(const ViewRequest& request,
   Missing missing;
 
   // The photo, alone or of a capture
-  if (!fs::exists(request.source)) {
+  const bool in_memory = request.picture.has_value();
+  if (!in_memory && !fs::exists(request.source)) {
     throw InputError(request.source.string() +
                      ": not there; give a photo or a capture folder");
   }
@@ -327,11 +345,18 @@ ViewPlan PlanView(const ViewRequest& request,
   plan.options = OptionsFrom(of_capture, request.options);
   static_cast<void>(
       DaylightOf(plan.options.light));  // Says now what does not go together
-  PhotoFacts facts = ReadPhotoFacts(plan.photo);
+  PhotoFacts facts;
+  facts.file = plan.photo.string();
+  if (!in_memory || fs::is_regular_file(plan.photo)) facts = ReadPhotoFacts(plan.photo);
   RequireOriginal(facts);
+  if (in_memory) {
+    facts.width = request.picture->pixels.cols;
+    facts.height = request.picture->pixels.rows;
+  }
   if (request.photo) RequireOriginal(ReadPhotoFacts(*request.photo));
   plan.notes.insert(plan.notes.end(), facts.notes.begin(), facts.notes.end());
   plan.megapixels = Megapixels(facts);
+  plan.focal_35mm_mm = facts.focal_35mm_mm;
 
   // Where, as far as the user or the photo says it
   if (request.place || of_capture.place) {
@@ -415,8 +440,7 @@ ViewPlan PlanView(const ViewRequest& request,
     plan.capture.reset();
   }
   if (!plan.capture && !plan.request.matte) {
-    const Photo photo = ReadPhoto(plan.photo, plan.options.photo);
-    if (photo.alpha.empty()) {
+    if (PixelsOf(plan).alpha.empty()) {
       const fs::path drawn =
           plan.photo.parent_path() / (plan.photo.stem().string() + "_matte.png");
       missing.Add("no matte (a picture of the photo's size, white where the tree is)",
@@ -428,7 +452,7 @@ ViewPlan PlanView(const ViewRequest& request,
     RequireSizeOf(of_relit, *plan.request.matte, "matte");
   } else if (plan.capture) {
     const auto matte = FileOfView(*plan.capture, "mattes", plan.name);
-    if (matte && !request.photo) RequireSizeOf(of_relit, *matte, "matte");
+    if (matte && !request.photo && !in_memory) RequireSizeOf(of_relit, *matte, "matte");
   }
   PlanStages(plan, missing);
   ThrowIfMissing(missing, request, command);

@@ -6,6 +6,7 @@
 
 #include "relight/capture/capture.h"
 #include "relight/photo/capture_time.h"
+#include "relight/photo/photo.h"
 #include "relight/sky/solar_position.h"
 
 #include <filesystem>
@@ -21,6 +22,9 @@ struct ViewRequest {
   std::filesystem::path source;  // Capture folder, or one photo.
   std::optional<std::string> view;
   std::optional<std::filesystem::path> photo;  // In place of the view's own.
+  // Pixels in memory, of an editor's layer, in place of a file's: of the view's own
+  // photo, or of `source`, which need not be a file then but names the picture.
+  std::optional<Photo> picture;
   std::optional<std::string> place, zone, taken, heading;
   std::optional<std::string> lit_from;  // "AZ,EL" [deg] as the camera sees it.
   std::optional<std::filesystem::path> matte;
@@ -65,6 +69,7 @@ struct ViewPlan {
   std::string name;
   std::filesystem::path photo;  // The view's own; request.photo may stand in for it.
   double megapixels = 0.0;
+  std::optional<double> focal_35mm_mm;  // As the photo says.
   std::optional<Place> place;
   std::optional<Zone> zone;  // For wanted times: the user's, else the photo's offset.
   double heading_deg = 0.0;  // Of the view's camera.
@@ -84,6 +89,9 @@ struct ViewPlan {
 ViewPlan PlanView(const ViewRequest& request,
                   bool wants_time,
                   const CommandWords& command);
+
+// The picture that is relit: of memory or of PhotoFile(). Throws as ReadPhoto does.
+Photo PixelsOf(const ViewPlan& plan);
 
 // The sun at a direction, as no clock knows it.
 SolarPosition SunAt(double azimuth_rad, double elevation_rad);

@@ -37,6 +37,17 @@ TEST_F(CaptureTest, TheSampleIsOne) {
   EXPECT_EQ(FileOfView(capture, "trimaps", "view_77"), std::nullopt);
 }
 
+TEST_F(CaptureTest, APhotoFindsItsCapture) {
+  const auto found = CaptureOfPhoto(Photo("view_07"));
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(fs::equivalent(found->folder, kSample));
+  EXPECT_EQ(found->view, "view_07");
+  // Named like a view, beside the photos or in the folder
+  EXPECT_EQ(CaptureOfPhoto(kSample / "view_03.xcf")->view, "view_03");
+  EXPECT_FALSE(CaptureOfPhoto(kSample / "view_03_1700.png"));
+  EXPECT_FALSE(CaptureOfPhoto(folder_ / "view_03.jpg"));
+}
+
 TEST_F(CaptureTest, WhatIsNoCaptureIsSaid) {
   EXPECT_TRUE(Holds(MessageOf<InputError>([&] { OpenCapture(folder_ / "x"); }),
                     "no such folder"));
