@@ -73,10 +73,33 @@ void RequireColourLayer(gint32 drawable, const std::string& name) {
       "the layer that it was made from");
 }
 
+// The pixels of a layer or mask. libgimp 2.10 gives them as sRGB whatever the image's
+// profile is, so that a layer's own is said here.
+Buffer BufferOf(gint32 drawable) {
+  Buffer buffer(gimp_drawable_get_buffer(drawable));
+  GimpColorProfile* profile =
+      gimp_item_is_layer(drawable)
+          ? gimp_image_get_color_profile(gimp_item_get_image(drawable))
+          : nullptr;
+  if (profile == nullptr) return buffer;
+  const Babl* space = gimp_color_profile_get_space(
+      profile, GIMP_COLOR_RENDERING_INTENT_RELATIVE_COLORIMETRIC, nullptr);
+  g_object_unref(profile);
+  if (space == nullptr) {
+    throw InputError(
+        "the image's colour profile cannot be computed with; convert it first: Image > "
+        "Color Management > Convert to Color Profile");
+  }
+  const Babl* format = gegl_buffer_get_format(buffer.get());
+  gegl_buffer_set_format(buffer.get(),
+                         babl_format_with_space(babl_format_get_encoding(format), space));
+  return buffer;
+}
+
 // In bands of rows: band(first_row, rows, values).
 template <class Band>
 void ReadBands(gint32 drawable, const Babl* format, int channels, Band&& band) {
-  const Buffer buffer(gimp_drawable_get_buffer(drawable));
+  const Buffer buffer = BufferOf(drawable);
   const int width = gimp_drawable_width(drawable);
   const int height = gimp_drawable_height(drawable);
   std::vector<float> values(static_cast<std::size_t>(width) * kRowsAtOnce *
@@ -110,7 +133,7 @@ gint32 NewLayer(gint32 image,
                                       has_alpha ? GIMP_RGBA_IMAGE : GIMP_RGB_IMAGE,
                                       100,
                                       mode);
-  const Buffer buffer(gimp_drawable_get_buffer(layer));
+  const Buffer buffer = BufferOf(layer);
   const Babl* format = babl_format("RGBA float");
   std::vector<cv::Vec4f> band(static_cast<std::size_t>(width) * kRowsAtOnce);
   for (int row = 0; row < height; row += kRowsAtOnce) {
