@@ -49,7 +49,7 @@ class WrongUsage(RelightCase):
                 (("x.jpg", "--to", "17:00", "--to-light", "0,20"), ["--to", "give one"]),
                 (("x.jpg", "--tto", "17:00"), ["--tto", "relight hour --help"]),
                 (("x.jpg", "--to"), ["--to", "relight hour --help"]),
-                (("horu", "x.jpg"), ["\"horu\" is neither a verb", "hour, init", "--help"]),
+                (("horu", "x.jpg"), ["\"horu\" is neither a verb", "hour, day, init", "--help"]),
                 (("sky",), ["--place", "relight sky --help"]),
                 (("sky", "--place", "40,200", "--taken", "2011-07-22T17:00Z"),
                  ["place must be LAT,LON", "40,200"]),
