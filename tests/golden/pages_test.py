@@ -7,7 +7,7 @@ import unittest
 
 from relight_runner import RelightCase
 
-VERBS = ("hour", "init", "cameras", "matte", "volume", "sky", "info", "evaluate", "gimp")
+VERBS = ("hour", "day", "init", "cameras", "matte", "volume", "sky", "info", "evaluate", "gimp")
 
 
 class Help(RelightCase):
