@@ -132,6 +132,12 @@ int main(int argc, char** argv) {
   } catch (const relight::Error& error) {
     fmt::print(stderr, "relight: {}\n", error.what());
     return kBadInput;
+  } catch (const std::filesystem::filesystem_error& error) {
+    fmt::print(stderr,
+               "relight: {}: {}; check the path, and what you may read and write there\n",
+               error.path1().string(),
+               error.code().message());
+    return kBadInput;
   } catch (const std::bad_alloc&) {
     fmt::print(
         stderr,

@@ -7,10 +7,14 @@
 #include "relight/sky/light_in_words.h"
 #include "relight/sky/sun_times.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <set>
 #include <string_view>
+#include <system_error>
 
 namespace relight {
 namespace fs = std::filesystem;
@@ -167,6 +171,23 @@ std::string ListOf(const std::vector<DayFrame>& frames) {
   return frames.front().name + " to " + frames.back().name;
 }
 
+// Throws InputError unless the folder, or the first above it that is there, is a folder
+// that may be written to: said before the work.
+void RequireFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::path there = fs::absolute(folder);
+  while (!fs::exists(there, error) && !error && there.has_relative_path())
+    there = there.parent_path();
+  if (!error && !fs::is_directory(there, error)) {
+    throw InputError(there.string() + ": is a file; give the name of a folder with -o");
+  }
+  if (!error && access(there.c_str(), W_OK | X_OK) != 0)
+    error.assign(errno, std::generic_category());
+  if (!error) return;
+  throw InputError(folder.string() + ": cannot be written to: " + error.message() +
+                   "; choose a folder you may write to with -o");
+}
+
 }  // namespace
 
 std::vector<minutes> HoursOf(const std::string& hours,
@@ -255,9 +276,10 @@ DayPlan PlanDay(const DayRequest& request) {
                      "; choose other --hours or --dates");
   }
   if (!plan.left_out.empty()) {
-    plan.notes.push_back(std::to_string(plan.left_out.size()) +
-                         " hours are left out, for the sun is below the horizon: " +
-                         ListOf(plan.left_out));
+    const std::size_t count = plan.left_out.size();
+    plan.notes.push_back(
+        std::to_string(count) + (count == 1 ? " hour is" : " hours are") +
+        " left out, for the sun is below the horizon: " + ListOf(plan.left_out));
   }
 
   // Where to, and on what
@@ -268,14 +290,11 @@ DayPlan PlanDay(const DayRequest& request) {
     plan.folder = fs::is_directory(request.source) ? request.source / "out" / name
                                                    : plan.view.photo.parent_path() / name;
   }
-  if (fs::exists(plan.folder) && !fs::is_directory(plan.folder)) {
-    throw InputError(plan.folder.string() +
-                     ": is a file; give the name of a folder with -o");
-  }
+  RequireFolder(plan.folder);
   const double frame_s = kSecondsPerFrame + kSecondsPerMegapixel * plan.view.megapixels;
   const auto count = static_cast<double>(plan.frames.size());
   plan.view.stages.push_back({"frames",
-                              std::to_string(plan.frames.size()) + " hours of " +
+                              std::to_string(plan.frames.size()) + " frames of " +
                                   plan.view.name + " to " + plan.folder.string(),
                               1 + count * frame_s});
   plan.view.stages.push_back({"page",

@@ -65,7 +65,7 @@ class ADay(RelightCase):
     def test_hours_of_night_are_left_out_and_said(self):
         outcome = self.done("day", self.capture, "--hours", "4..8", "--every", "2h", "-o",
                             self.out)
-        self.assertIn("1 hours are left out, for the sun is below the horizon: "
+        self.assertIn("1 hour is left out, for the sun is below the horizon: "
                       "2011-07-22_0400", outcome.err)
         self.assertFalse((self.out / "2011-07-22_0400.png").exists())
         self.refused("day", self.capture, "--hours", "0..3", "-o", self.folder / "night",
@@ -127,6 +127,15 @@ class ADay(RelightCase):
         (foreign / "index.html").write_text("mine")
         self.refused("day", self.capture, "--hours", "12..12", "-o", foreign,
                      names=(foreign / "index.html", "--force"))
+
+    def test_a_folder_that_cannot_be(self):
+        file = self.folder / "file"
+        file.write_text("mine")
+        for out in (file, file / "frames", "/proc/frames"):
+            with self.subTest(out):
+                said = self.refused("day", self.capture, "--hours", "12..12", "-o", out,
+                                    names=("-o",))
+                self.assertNotIn("will run", said)
 
     def test_words_that_cannot_be_read(self):
         for words, name in ((("--hours", "18..9"), "18..9"), (("--hours", "9"), "--hours"),
