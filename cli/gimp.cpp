@@ -13,11 +13,12 @@
 
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <iomanip>
 #include <memory>
 #include <optional>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -57,10 +58,13 @@ std::optional<Gimp> FindGimp() {
     if (!program) continue;
     bool fine = false;
     const std::string text = Answer(*program, fine);
-    std::smatch version;
-    const bool found =
-        std::regex_search(text, version, std::regex("([0-9]+\\.[0-9]+\\.[0-9]+)"));
-    return Gimp{*program, found ? version[1].str() : ""};
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+      int number = 0, used = 0;
+      if (std::sscanf(word.c_str(), "%d.%*d.%d%n", &number, &number, &used) == 2)
+        return Gimp{*program, word.substr(0, static_cast<std::size_t>(used))};
+    }
+    return Gimp{*program, ""};
   }
   return {};
 }
@@ -94,10 +98,10 @@ std::vector<fs::path> PluginFolders(const Gimp& gimp) {
   std::string path = "${gimp_dir}/plug-ins:${gimp_plug_in_dir}/plug-ins";
   for (const fs::path& file : {fs::path("/etc/gimp/2.0/gimprc"), profile / "gimprc"}) {
     std::ifstream lines(file);
-    const std::regex setting("^\\s*\\(plug-in-path\\s+\"([^\"]*)\"");
-    std::smatch found;
     for (std::string line; std::getline(lines, line);) {
-      if (std::regex_search(line, found, setting)) path = found[1].str();
+      std::istringstream words(line);
+      std::string name;
+      if (words >> name && name == "(plug-in-path") words >> std::quoted(path);
     }
   }
   const auto fill = [&](const std::string& name, const fs::path& folder) {
