@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/console.h"
+#include "cli/light_json.h"
 #include "cli/verbs.h"
 #include "cli/view_options.h"
-#include "relight/base/angles.h"
 #include "relight/capture/relit_day.h"
 
 #include <fmt/format.h>
@@ -14,11 +14,9 @@ namespace relight::cli {
 namespace {
 
 nlohmann::json FrameJson(const DayFrame& frame) {
-  return {{"name", frame.name},
-          {"time", FormatLocal(*frame.light.time)},
-          {"azimuth_deg", DegFromRad(frame.light.sun.azimuth_rad)},
-          {"elevation_deg", DegFromRad(frame.light.sun.elevation_rad)},
-          {"words", frame.light.words}};
+  nlohmann::json json = LightJson(frame.light);
+  json["name"] = frame.name;
+  return json;
 }
 
 int RunVerb(const DayRequest& request, bool json, const ConsoleOptions& console) {

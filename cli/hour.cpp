@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/console.h"
+#include "cli/light_json.h"
 #include "cli/verbs.h"
 #include "cli/view_options.h"
-#include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/capture/relit_hour.h"
 
@@ -13,14 +13,6 @@
 
 namespace relight::cli {
 namespace {
-
-nlohmann::json LightJson(const HourLight& light) {
-  nlohmann::json json = {{"azimuth_deg", DegFromRad(light.sun.azimuth_rad)},
-                         {"elevation_deg", DegFromRad(light.sun.elevation_rad)},
-                         {"words", light.words}};
-  if (light.time) json["time"] = FormatLocal(*light.time);
-  return json;
-}
 
 int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console) {
   const HourPlan plan = PlanHour(request);

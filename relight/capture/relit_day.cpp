@@ -173,8 +173,7 @@ Photo TreeAndShadow(const RelitTree& tree,
 // photo's.
 double ExposureOf(const DayPlan& plan, RelitView& relit, const Progress& progress) {
   const std::string& exposure = plan.request.exposure;
-  if (exposure == "same") return 0.0;
-  if (exposure != "auto") return std::stod(exposure);
+  if (exposure != "auto") return ExposureStops(exposure, 1.0);
   double brightest = 0;
   for (std::size_t i = 0; i < plan.frames.size(); ++i) {
     const auto count = static_cast<double>(plan.frames.size());
@@ -183,7 +182,7 @@ double ExposureOf(const DayPlan& plan, RelitView& relit, const Progress& progres
     brightest =
         std::max(brightest, relit.TreeUnder(plan.frames[i].light.sun, part).mean_ratio);
   }
-  return brightest > 0 ? -std::log2(brightest) : 0.0;
+  return ExposureStops(exposure, brightest);
 }
 
 struct FrameMaker {
