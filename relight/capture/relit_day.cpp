@@ -335,6 +335,7 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
 
   // Each frame is written while the next one is made
   const Progress making = view.progress.Part(two_passes ? 0.3 : 0, 1);
+  const InputHashes hashes = HashInputs(plan.view);
   std::future<void> writing;
   for (std::size_t i = 0; i < plan.frames.size(); ++i) {
     const auto count = static_cast<double>(plan.frames.size());
@@ -351,6 +352,7 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
     Photo picture = maker.At(frame.light, part);
     const Provenance provenance = ProvenanceOf(
         plan.view,
+        hashes,
         frame.light,
         {.whole = on_photo,
          .over = plan.request.over ? plan.request.over->filename().string() : "",

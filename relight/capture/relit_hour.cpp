@@ -153,6 +153,7 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   WriteLight(plan, tree.light, view.photo.pixels.size(), result);
   const Provenance provenance =
       ProvenanceOf(plan.view,
+                   HashInputs(plan.view),
                    plan.target,
                    {.whole = r.whole,
                     .keep_shadow = r.keep_shadow,

@@ -21,13 +21,20 @@ nlohmann::json LightJson(const HourLight& light) {
 
 }  // namespace
 
+InputHashes HashInputs(const ViewPlan& view) {
+  InputHashes hashes{HashOfFile(view.PhotoFile()), {}};
+  if (view.capture) hashes.volume = HashOfFile(view.capture->folder / "volume.vdb");
+  return hashes;
+}
+
 Provenance ProvenanceOf(const ViewPlan& view,
+                        const InputHashes& hashes,
                         const HourLight& target,
                         const PictureKind& kind) {
   const std::string software = std::string("relight ") + Version();
   nlohmann::json json = {{"program", software},
                          {"photo", view.PhotoFile().filename().string()},
-                         {"photo_hash", HashOfFile(view.PhotoFile())},
+                         {"photo_hash", hashes.photo},
                          {"view", view.name},
                          {"options", FieldsText(view.options)},
                          {"input", LightJson(view.input)},
@@ -37,7 +44,7 @@ Provenance ProvenanceOf(const ViewPlan& view,
                          {"keep_shadow", kind.keep_shadow},
                          {"over", kind.over},
                          {"exposure_ev", kind.exposure_ev}};
-  if (view.capture) json["volume_hash"] = HashOfFile(view.capture->folder / "volume.vdb");
+  if (!hashes.volume.empty()) json["volume_hash"] = hashes.volume;
   if (view.place) {
     json["place"] = {
         view.place->latitude_deg, view.place->longitude_deg, view.place->altitude_m};

@@ -18,8 +18,15 @@ struct PictureKind {
   double exposure_ev = 0.0;
 };
 
-// Reads the photo and the volume to hash them.
+struct InputHashes {
+  std::string photo, volume;  // No volume file: empty.
+};
+
+// Reads the photo and the volume, once for all results of a run.
+InputHashes HashInputs(const ViewPlan& view);
+
 Provenance ProvenanceOf(const ViewPlan& view,
+                        const InputHashes& hashes,
                         const HourLight& target,
                         const PictureKind& kind);
 
