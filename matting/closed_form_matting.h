@@ -12,28 +12,30 @@
 //
 // with D 1 on known pixels, alpha* their value (on unknown ones a guess from colours,
 // color_prior.h, with a small weight: [Levin08] has none there), and L the matting
-// Laplacian, the sum over the windows w of 9 pixels with mean mu and covariance Sigma
-//
-//   L_ij = delta_ij - (1 + (I_i - mu)^T (Sigma + eps/9 Id)^-1 (I_j - mu)) / 9   (M2)
+// Laplacian, matting_laplacian.h.
 //
 // The system holds the unknown pixels and the known ones within two pixels of them;
 // further known pixels keep alpha*, whose pull reaches no further.
 
+#include "matting/color_prior.h"
+#include "matting/stencil_matrix.h"
 #include "relight/base/field.h"
 #include "relight/base/progress.h"
 
 #include <opencv2/core.hpp>
 
 #include <cstdint>
+#include <memory>
+#include <vector>
 
 namespace relight {
 
 struct MattingOptions {
   double epsilon = 1e-7;  // eps of (M2), for colours in [0, 1].
   double lambda = 100.0;  // lambda of (M1).
-  double prior = 0.1;     // Weight of the colour prior in D; 0: [Levin08] alone.
-  double relative_residual = 1e-6;
-  int most_iterations = 2000;
+  double prior = 0.015;   // Weight of the colour prior in D; 0: [Levin08] alone.
+  double relative_residual = 1e-8;
+  int most_iterations = 500;
 };
 
 template <class Visitor>
@@ -63,13 +65,27 @@ struct MatteEstimate {
 };
 
 // `linear`: the photo in linear light, where a half-covered pixel is half of each colour
-// (docs/decisions/0002). `trimap`: trimap.h. Starts from the solution at half the size.
-// Known pixels come back exactly as the trimap has them. Throws InputError (sizes differ,
-// no sure foreground or background), OptionError,
-// Cancelled. The result does not depend on the threads.
+// (docs/decisions/0002). `trimap`: trimap.h. Known pixels come back exactly as the trimap
+// has them. Memory: about 130 bytes a pixel of the system, and 13 a pixel of the photo.
+// Throws InputError (sizes differ, no sure foreground or background, pixels that are no
+// numbers), OptionError, Cancelled. The result does not depend on the threads.
 MatteEstimate EstimateMatte(const cv::Mat3f& linear,
                             const cv::Mat1b& trimap,
                             const MattingOptions& options = {},
                             const Progress& progress = {});
+
+// The system that EstimateMatte solves, for those who solve it another way. `prior`: with
+// empty images there is none. The image is at least 3 x 3.
+struct MattingSystem {
+  std::unique_ptr<PixelRuns> pixels;
+  StencilMatrix matrix;  // L + lambda D of (M1), over pixels.
+  std::vector<float> right_side;
+};
+
+MattingSystem MakeMattingSystem(const cv::Mat3f& image,
+                                const cv::Mat1b& trimap,
+                                const ColorPrior& prior = {},
+                                const MattingOptions& options = {},
+                                const Progress& progress = {});
 
 }  // namespace relight

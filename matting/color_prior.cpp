@@ -16,25 +16,23 @@ namespace {
 constexpr std::array<std::array<int, 2>, 8> kDirections = {
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
 
-// For each pixel, the nearest pixel labelled `label` against `direction`, as y * cols +
-// x; -1 where there is none. One sweep: each pixel asks the one before it.
-cv::Mat1i NearestAlong(const cv::Mat1b& trimap,
-                       std::uint8_t label,
-                       std::array<int, 2> direction) {
+// For each block, the nearest known one against `direction`, as y * cols + x; -1 where
+// there is none. One sweep: each asks the one before it.
+cv::Mat1i NearestAlong(const cv::Mat1b& known, std::array<int, 2> direction) {
   const auto [dx, dy] = direction;
-  cv::Mat1i nearest(trimap.size(), -1);
+  cv::Mat1i nearest(known.size(), -1);
   const bool down = dy > 0 || (dy == 0 && dx > 0);
-  for (int row = 0; row < trimap.rows; ++row) {
-    const int y = down ? row : trimap.rows - 1 - row;
-    for (int column = 0; column < trimap.cols; ++column) {
-      const int x = dx > 0 ? column : trimap.cols - 1 - column;
-      if (trimap(y, x) == label) {
-        nearest(y, x) = y * trimap.cols + x;
+  for (int row = 0; row < known.rows; ++row) {
+    const int y = down ? row : known.rows - 1 - row;
+    for (int column = 0; column < known.cols; ++column) {
+      const int x = dx > 0 ? column : known.cols - 1 - column;
+      if (known(y, x)) {
+        nearest(y, x) = y * known.cols + x;
         continue;
       }
       const int before_x = x - dx, before_y = y - dy;
-      if (before_x < 0 || before_y < 0 || before_x >= trimap.cols ||
-          before_y >= trimap.rows) {
+      if (before_x < 0 || before_y < 0 || before_x >= known.cols ||
+          before_y >= known.rows) {
         continue;
       }
       nearest(y, x) = nearest(before_y, before_x);
@@ -43,41 +41,35 @@ cv::Mat1i NearestAlong(const cv::Mat1b& trimap,
   return nearest;
 }
 
-// Means of the fullest cells of a 12 x 12 x 12 histogram of the pixels labelled `label`.
-std::vector<cv::Vec3f> CommonColors(const cv::Mat3f& image,
-                                    const cv::Mat1b& trimap,
-                                    std::uint8_t label,
-                                    int count) {
+// Means of the fullest cells of a 12 x 12 x 12 histogram of the known blocks.
+std::vector<cv::Vec3f> CommonColors(const cv::Mat3f& blocks, const cv::Mat1b& known) {
   constexpr int kSide = 12;  // Cells of equal size in sqrt(linear), near to what is seen
-  struct Cell {
+  constexpr int kMost = 24;
+  struct HistogramCell {
     cv::Vec3d sum{0, 0, 0};
-    std::int64_t pixels = 0;
-    int number = 0;
+    std::int64_t count = 0;
   };
-  std::vector<Cell> cells(kSide * kSide * kSide);
-  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].number = static_cast<int>(i);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      if (trimap(y, x) != label) continue;
-      const cv::Vec3f& color = image(y, x);
+  std::vector<HistogramCell> cells(kSide * kSide * kSide);
+  for (int y = 0; y < blocks.rows; ++y) {
+    for (int x = 0; x < blocks.cols; ++x) {
+      if (!known(y, x)) continue;
       int index = 0;
       for (int c = 0; c < 3; ++c) {
-        index = index * kSide +
-                std::clamp(static_cast<int>(std::sqrt(std::max(color[c], 0.0f)) * kSide),
-                           0,
-                           kSide - 1);
+        const float root = std::sqrt(std::max(blocks(y, x)[c], 0.0f));
+        index = index * kSide + std::clamp(static_cast<int>(root * kSide), 0, kSide - 1);
       }
-      cells[static_cast<std::size_t>(index)].sum += cv::Vec3d(color);
-      ++cells[static_cast<std::size_t>(index)].pixels;
+      cells[static_cast<std::size_t>(index)].sum += cv::Vec3d(blocks(y, x));
+      ++cells[static_cast<std::size_t>(index)].count;
     }
   }
-  std::sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
-    return a.pixels != b.pixels ? a.pixels > b.pixels : a.number < b.number;
-  });
+  std::stable_sort(
+      cells.begin(), cells.end(), [](const HistogramCell& a, const HistogramCell& b) {
+        return a.count > b.count;
+      });
   std::vector<cv::Vec3f> colors;
-  for (const Cell& cell : cells) {
-    if (cell.pixels == 0 || static_cast<int>(colors.size()) == count) break;
-    colors.push_back(cv::Vec3f(cell.sum / static_cast<double>(cell.pixels)));
+  for (int n = 0; n < kMost && cells[static_cast<std::size_t>(n)].count > 0; ++n) {
+    const HistogramCell& cell = cells[static_cast<std::size_t>(n)];
+    colors.push_back(cv::Vec3f(cell.sum / static_cast<double>(cell.count)));
   }
   return colors;
 }
@@ -135,41 +127,89 @@ Guess GuessOf(const cv::Vec3f& pixel,
           static_cast<float>(fit * agreement * std::min(1.0, best_apart / 0.2))};
 }
 
+// What the trimap knows with one label, in blocks of pixels: the mean colour of each
+// block, and for every block the nearest such ones against eight directions.
+struct KnownBlocks {
+  cv::Mat3f color;
+  std::array<cv::Mat1i, kDirections.size()> nearest;  // As NearestAlong says; -1: none.
+  std::vector<cv::Vec3f> common;  // For blocks that see none in any direction.
+
+  KnownBlocks(const cv::Mat3f& image, const cv::Mat1b& trimap, std::uint8_t label)
+      : color((image.rows + kBlock - 1) / kBlock, (image.cols + kBlock - 1) / kBlock) {
+    cv::Mat1b known(color.size(), std::uint8_t{0});
+    ParallelRanges(color.rows, 16, [&](int begin, int end) {
+      for (int y = begin; y < end; ++y) {
+        for (int x = 0; x < color.cols; ++x) FindMean(image, trimap, label, x, y, known);
+      }
+    });
+    for (std::size_t d = 0; d < kDirections.size(); ++d) {
+      nearest[d] = NearestAlong(known, kDirections[d]);
+    }
+    common = CommonColors(color, known);
+  }
+
+  // The colours nearest to pixel (x, y).
+  void ColorsAround(int x, int y, std::vector<cv::Vec3f>& colors) const {
+    colors.clear();
+    for (const cv::Mat1i& along : nearest) {
+      const int block = along(y / kBlock, x / kBlock);
+      if (block >= 0) colors.push_back(color(block / color.cols, block % color.cols));
+    }
+    if (colors.empty()) colors = common;
+  }
+
+ private:
+  static constexpr int kBlock = 4;  // Pixels; the mean of 16 takes out noise.
+
+  void FindMean(const cv::Mat3f& image,
+                const cv::Mat1b& trimap,
+                std::uint8_t label,
+                int x,
+                int y,
+                cv::Mat1b& known) {
+    cv::Vec3d sum(0, 0, 0);
+    int count = 0;
+    for (int py = y * kBlock; py < std::min((y + 1) * kBlock, image.rows); ++py) {
+      for (int px = x * kBlock; px < std::min((x + 1) * kBlock, image.cols); ++px) {
+        if (trimap(py, px) != label) continue;
+        sum += cv::Vec3d(image(py, px));
+        ++count;
+      }
+    }
+    if (count == 0) return;
+    known(y, x) = 1;
+    color(y, x) = cv::Vec3f(sum / count);
+  }
+};
+
 }  // namespace
 
 ColorPrior EstimateColorPrior(const cv::Mat3f& linear,
                               const cv::Mat1b& trimap,
-                              const ColorPriorOptions& options) {
+                              const ColorPriorOptions& options,
+                              const Progress& progress) {
   Require(linear.size() == trimap.size(), "photo and trimap have one size");
   ColorPrior prior{cv::Mat1f::zeros(linear.size()), cv::Mat1f::zeros(linear.size())};
-  std::array<cv::Mat1i, kDirections.size()> near_foreground, near_background;
-  for (std::size_t d = 0; d < kDirections.size(); ++d) {
-    near_foreground[d] = NearestAlong(trimap, kTrimapForeground, kDirections[d]);
-    near_background[d] = NearestAlong(trimap, kTrimapBackground, kDirections[d]);
-  }
-  const auto common_foreground =
-      CommonColors(linear, trimap, kTrimapForeground, options.common_colors);
-  const auto common_background =
-      CommonColors(linear, trimap, kTrimapBackground, options.common_colors);
-  ParallelRanges(linear.rows, 16, [&](int begin, int end) {
-    std::vector<cv::Vec3f> foreground, background;
-    for (int y = begin; y < end; ++y) {
-      for (int x = 0; x < linear.cols; ++x) {
-        if (trimap(y, x) != kTrimapUnknown) continue;
-        foreground = common_foreground;
-        background.clear();
-        for (std::size_t d = 0; d < kDirections.size(); ++d) {
-          const int f = near_foreground[d](y, x), b = near_background[d](y, x);
-          if (f >= 0) foreground.push_back(linear(f / linear.cols, f % linear.cols));
-          if (b >= 0) background.push_back(linear(b / linear.cols, b % linear.cols));
+  const KnownBlocks foreground(linear, trimap, kTrimapForeground);
+  const KnownBlocks background(linear, trimap, kTrimapBackground);
+  ParallelRanges(
+      linear.rows,
+      16,
+      [&](int begin, int end) {
+        std::vector<cv::Vec3f> near_foreground, near_background;
+        for (int y = begin; y < end; ++y) {
+          for (int x = 0; x < linear.cols; ++x) {
+            if (trimap(y, x) != kTrimapUnknown) continue;
+            foreground.ColorsAround(x, y, near_foreground);
+            background.ColorsAround(x, y, near_background);
+            const Guess guess =
+                GuessOf(linear(y, x), near_foreground, near_background, options);
+            prior.alpha(y, x) = guess.alpha;
+            prior.confidence(y, x) = guess.confidence;
+          }
         }
-        if (background.empty()) background = common_background;
-        const Guess guess = GuessOf(linear(y, x), foreground, background, options);
-        prior.alpha(y, x) = guess.alpha;
-        prior.confidence(y, x) = guess.confidence;
-      }
-    }
-  });
+      },
+      progress.Part(0.3, 1));
   return prior;
 }
 

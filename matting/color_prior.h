@@ -5,8 +5,8 @@
 // sky seen through a crown, where every window is leaf on one side and sky on the other.
 //
 // Each unknown pixel is taken as a mixture of a foreground and a background colour from
-// samples: the nearest known pixels in eight directions, and the commonest colours of all
-// known ones. With F, B such a pair,
+// samples: the nearest known blocks of 4 x 4 pixels in eight directions (where none is in
+// sight, the commonest colours of all known ones). With F, B such a pair,
 //
 //   a = (I - B)(F - B) / |F - B|^2 in [0, 1],   r = |I - a F - (1 - a) B|        (M4)
 //   cost = (r / s)^2 + 4 p a (1 - a)                                             (M5)
@@ -17,27 +17,28 @@
 // enters D of (M1) with falls with r, with the spread of a over the pairs, and where F
 // and B are alike.
 
-#include "relight/base/field.h"
+#include "relight/base/progress.h"
 
 #include <opencv2/core.hpp>
 
 namespace relight {
 
 struct ColorPriorOptions {
-  double sigma = 0.03;     // s of (M5), in display values.
-  double purity = 4.0;     // p of (M5).
+  double sigma = 0.045;    // s of (M5), in display values.
+  double purity = 10.0;    // p of (M5).
   double agreement = 0.1;  // Standard deviation of a over the pairs that still says much.
-  int common_colors = 24;  // Of all known foreground, and of all known background.
 };
 
 struct ColorPrior {
-  cv::Mat1f alpha;       // alpha* of unknown pixels; 0 elsewhere.
+  cv::Mat1f alpha;       // alpha* of unknown pixels; 0 elsewhere. Empty: no prior.
   cv::Mat1f confidence;  // [0, 1]; 0 for known pixels.
 };
 
-// `linear`: the photo in linear light, where a pixel is the mixture (M4) says.
+// `linear`: the photo in linear light, where a pixel is the mixture (M4) says. Throws
+// Cancelled. The result does not depend on the threads.
 ColorPrior EstimateColorPrior(const cv::Mat3f& linear,
                               const cv::Mat1b& trimap,
-                              const ColorPriorOptions& options = {});
+                              const ColorPriorOptions& options = {},
+                              const Progress& progress = {});
 
 }  // namespace relight

@@ -27,7 +27,7 @@ std::string KeyFromTrimap(const Capture& capture,
                           const ViewEntry& view,
                           const fs::path& trimap,
                           const ReadPhotoOptions& options) {
-  return StageKey("matte 1")
+  return StageKey("matte 2")
       .Add(FieldsText(options))
       .AddFile(capture.PhotoOf(view))
       .AddFile(trimap)

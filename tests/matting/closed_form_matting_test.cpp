@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "matting/closed_form_matting.h"
 
-#include "matting/laplacian_solver.h"
 #include "matting/trimap.h"
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
@@ -11,10 +10,10 @@
 #include "tests/support/shared_data.h"
 
 #include <gtest/gtest.h>
-#include <Eigen/Dense>
 
 #include <chrono>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <random>
 #include <string>
@@ -37,54 +36,6 @@ cv::Mat1b BandTrimap(cv::Size size, int first, int last) {
   trimap.colRange(0, first).setTo(kTrimapBackground);
   trimap.colRange(last, size.width).setTo(kTrimapForeground);
   return trimap;
-}
-
-TEST(LaplacianSolver, SolvesAsADenseSolverDoes) {
-  // A random symmetric, diagonally dominant stencil over an odd set of pixels
-  cv::Mat1b inside(9, 11, std::uint8_t{0});
-  std::mt19937 random(3);
-  for (std::uint8_t& pixel : inside) pixel = random() % 4 != 0 ? 1 : 0;
-  const PixelRuns pixels(inside);
-  StencilMatrix a(pixels);
-  std::map<std::int32_t, int> number;
-  for (const PixelRun& run : pixels.runs) {
-    for (int i = 0; i < run.length; ++i) {
-      const int next = static_cast<int>(number.size());
-      number[run.below[0] + i] = next;
-    }
-  }
-  const int n = static_cast<int>(number.size());
-  ASSERT_EQ(n, pixels.pixels);
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
-  std::uniform_real_distribution<double> uniform(-1.0, 0.2);
-  for (const PixelRun& run : pixels.runs) {
-    for (int i = 0; i < run.length; ++i) {
-      const std::int32_t slot = run.below[0] + i;
-      for (int k = 1; k < kStencil; ++k) {
-        const std::int32_t other =
-            run.below[kStencilOffset[k][1]] + i + kStencilOffset[k][0];
-        if (!number.contains(other)) continue;
-        const double value = uniform(random);
-        a.entry[k][slot] = value;
-        dense(number[slot], number[other]) = dense(number[other], number[slot]) = value;
-      }
-    }
-  }
-  for (const auto& [slot, row] : number) {
-    dense(row, row) = dense.row(row).cwiseAbs().sum() + 0.5;
-    a.entry[0][slot] = dense(row, row);
-  }
-  Eigen::VectorXd right = Eigen::VectorXd::Random(n);
-  std::vector<double> b(static_cast<std::size_t>(pixels.slots)), x(b.size());
-  for (const auto& [slot, row] : number) b[static_cast<std::size_t>(slot)] = right[row];
-  const SolveSummary summary = SolveByConjugateGradients(
-      a, b, x, {.relative_residual = 1e-12, .most_iterations = 200});
-  const Eigen::VectorXd exact = dense.ldlt().solve(right);
-  // 1e-12 of the right side, times a condition number below 100
-  for (const auto& [slot, row] : number) {
-    EXPECT_NEAR(x[static_cast<std::size_t>(slot)], exact[row], 1e-9);
-  }
-  EXPECT_LT(summary.iterations, 40);
 }
 
 // Two colours mixed: every window lies on one colour line, where alpha is one affine
@@ -163,6 +114,46 @@ TEST(ClosedFormMatting, RefusesWhatItCannotSolve) {
   EXPECT_THROW(
       EstimateMatte(image, BandTrimap({20, 20}, 5, 15), {}, [](double) { return false; }),
       Cancelled);
+  cv::Mat3f no_number = image.clone();
+  no_number(3, 4)[1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(EstimateMatte(no_number, BandTrimap({20, 20}, 5, 15)), InputError);
+}
+
+TEST(ClosedFormMatting, TakesPhotosOfAnyShape) {
+  for (const cv::Size size : {cv::Size(1, 9), cv::Size(9, 2), cv::Size(3, 2000)}) {
+    cv::Mat1b trimap(size, kTrimapUnknown);
+    trimap(0, 0) = kTrimapBackground;
+    trimap(size.height - 1, size.width - 1) = kTrimapForeground;
+    const MatteEstimate estimate = EstimateMatte(RandomImage(size, 11), trimap);
+    ASSERT_EQ(estimate.alpha.size(), size);
+    EXPECT_EQ(estimate.summary.unknown_pixels, size.area() - 2);
+    EXPECT_EQ(estimate.alpha(0, 0), 0.0f);
+    EXPECT_EQ(estimate.alpha(size.height - 1, size.width - 1), 1.0f);
+    EXPECT_TRUE(cv::checkRange(estimate.alpha, true, nullptr, 0.0, 1.0 + 1e-6));
+  }
+  const cv::Mat1b known(1, 1, kTrimapForeground);
+  EXPECT_EQ(EstimateMatte(RandomImage({1, 1}, 1), known).alpha(0, 0), 1.0f);
+}
+
+// A cancelled run has to stop soon: reports come all the way, none of them late.
+TEST(ClosedFormMatting, ReportsOftenAndForwards) {
+  const cv::Size size(900, 700);
+  using Clock = std::chrono::steady_clock;
+  auto last = Clock::now();
+  double done = 0, longest_s = 0;
+  int reports = 0;
+  EstimateMatte(RandomImage(size, 3), BandTrimap(size, 100, 800), {}, [&](double now) {
+    EXPECT_GE(now, done - 1e-9);
+    done = now;
+    const auto here = Clock::now();
+    longest_s = std::max(longest_s, std::chrono::duration<double>(here - last).count());
+    last = here;
+    ++reports;
+    return true;
+  });
+  std::printf("%d reports, %.3f s between two at most\n", reports, longest_s);
+  EXPECT_GT(reports, 100);
+  EXPECT_LT(longest_s, 2.0);  // 0.2 s on an idle machine; benchmark_matting prints it
 }
 
 TEST(ClosedFormMatting, AllKnownIsTheTrimapItself) {
@@ -238,13 +229,13 @@ TEST(ClosedFormMatting, IsAsGoodAsAnotherProgramOfTheMethod) {
     their_sum += mse;
   }
   // The same minimum, found to other residuals
-  EXPECT_LT(our_sum, 1.02 * their_sum);
+  EXPECT_LT(our_sum, their_sum);
   // And the colour prior pays
   std::printf("mean %.5f (theirs %.5f), default %.5f\n",
               our_sum / 13,
               their_sum / 13,
               prior_sum / 13);
-  EXPECT_LT(prior_sum, our_sum);
+  EXPECT_LT(prior_sum, 0.7 * their_sum);
 }
 
 }  // namespace
