@@ -26,9 +26,10 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   const CaptureOptions options = OptionsFrom(capture.file, request.options);
   StageRecords records(capture.folder);
   const auto cameras = CamerasOf(capture);
-  const Progress mattes = ShowProgress(console, "mattes");
+  const Progress progress = ShowProgress(console, "mattes");
+  CaptureMattes mattes(capture, records, options);
   for (const auto& [name, camera] : cameras) {
-    MakeMatte(capture, FindView(capture, name), records, options.photo, false, mattes);
+    mattes.Make(FindView(capture, name), false, progress);
   }
   const auto file = request.folder / "volume.vdb";
   std::optional<OpacitySummary> made;
@@ -80,6 +81,8 @@ Verb AddVolume(CLI::App& program, const ConsoleOptions& console) {
   app->add_flag("--force", request->force, "make it again");
   app->add_flag("--json", request->json, "print figures as JSON");
   AddFlags(*app, OpacityOptions(), "Volume", request->options);
+  AddFlags(*app, MatteOptions(), "Matte", request->options);
+  AddFlags(*app, ReadPhotoOptions(), "Photo", request->options);
   return {app, [request, &console] { return RunVerb(*request, console); }};
 }
 

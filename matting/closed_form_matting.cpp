@@ -53,7 +53,7 @@ MattingSystem MakeMattingSystem(const cv::Mat3f& image,
     const std::uint8_t label = trimap(y, x);
     double weight = options.lambda, alpha = label == kTrimapForeground ? 1 : 0;
     if (label == kTrimapUnknown) {
-      weight = prior.alpha.empty() ? 0.0 : options.prior * prior.confidence(y, x);
+      weight = prior.alpha.empty() ? 0.0 : options.prior_weight * prior.confidence(y, x);
       alpha = prior.alpha.empty() ? 0.0 : prior.alpha(y, x);
     }
     matrix.entry[0][slot] += static_cast<float>(weight);
@@ -76,8 +76,9 @@ MatteEstimate Solve(const cv::Mat3f& image,
   if (estimate.summary.unknown_pixels == 0) return estimate;
 
   const ColorPrior prior =
-      options.prior > 0 ? EstimateColorPrior(image, trimap, {}, progress.Part(0, 0.3))
-                        : ColorPrior();
+      options.prior_weight > 0
+          ? EstimateColorPrior(image, trimap, {}, progress.Part(0, 0.3))
+          : ColorPrior();
   const MattingSystem system =
       MakeMattingSystem(image, trimap, prior, options, progress.Part(0.3, 0.4));
   std::vector<float> x(system.right_side.size());

@@ -31,9 +31,9 @@
 namespace relight {
 
 struct MattingOptions {
-  double epsilon = 1e-7;  // eps of (M2), for colours in [0, 1].
-  double lambda = 100.0;  // lambda of (M1).
-  double prior = 0.015;   // Weight of the colour prior in D; 0: [Levin08] alone.
+  double epsilon = 1e-7;        // eps of (M2), for colours in [0, 1].
+  double lambda = 100.0;        // lambda of (M1).
+  double prior_weight = 0.015;  // Weight of the colour prior in D; 0: [Levin08] alone.
   double relative_residual = 1e-8;
   int most_iterations = 500;
 };
@@ -42,8 +42,8 @@ template <class Visitor>
 void Describe(MattingOptions& o, Visitor&& field) {
   field(o.epsilon, FieldInfo{"matting-epsilon", "", "eps of [Levin08]", Above(0)});
   field(o.lambda, FieldInfo{"matting-lambda", "", "weight of the trimap", Above(0)});
-  field(o.prior,
-        FieldInfo{"matting-prior", "", "weight of the colour prior", AtLeast(0)});
+  field(o.prior_weight,
+        FieldInfo{"prior-weight", "", "weight of the colour prior", AtLeast(0)});
   field(o.relative_residual,
         FieldInfo{"matting-residual",
                   "",

@@ -15,37 +15,51 @@
 namespace relight {
 namespace {
 
-// Both colours of pixel (x, y) from its own mixture and its neighbours. (M3)
-void SolvePixel(const cv::Mat3f& image,
-                const cv::Mat1f& alpha,
-                const ForegroundOptions& options,
-                int x,
-                int y,
-                ForegroundColors& colors) {
-  constexpr std::array<std::array<int, 2>, 4> kNeighbours = {
-      {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
-  const double a = alpha(y, x);
-  double pull = 0.0;
-  cv::Vec3d toward_f(0, 0, 0), toward_b(0, 0, 0);
-  for (const auto& [dx, dy] : kNeighbours) {
-    const int nx = std::clamp(x + dx, 0, image.cols - 1);
-    const int ny = std::clamp(y + dy, 0, image.rows - 1);
-    const double weight =
-        options.smoothness + options.gradient_weight * std::abs(a - alpha(ny, nx));
-    pull += weight;
-    toward_f += weight * cv::Vec3d(colors.foreground(ny, nx));
-    toward_b += weight * cv::Vec3d(colors.background(ny, nx));
-  }
-  // [a^2 + p, a(1-a); a(1-a), (1-a)^2 + p] [F; B] = [a I + pF; (1-a) I + pB]
-  const double ff = a * a + pull, fb = a * (1 - a), bb = (1 - a) * (1 - a) + pull;
-  const double inverse = 1.0 / (ff * bb - fb * fb);
-  const cv::Vec3d pixel = cv::Vec3d(image(y, x));
-  const cv::Vec3d right_f = a * pixel + toward_f, right_b = (1 - a) * pixel + toward_b;
-  for (int c = 0; c < 3; ++c) {
-    colors.foreground(y, x)[c] =
-        static_cast<float>(std::max(0.0, inverse * (bb * right_f[c] - fb * right_b[c])));
-    colors.background(y, x)[c] =
-        static_cast<float>(std::max(0.0, inverse * (ff * right_b[c] - fb * right_f[c])));
+// Three rows of an image around one, the outermost repeated at the border.
+template <class T>
+struct RowsAround {
+  RowsAround(const cv::Mat_<T>& image, int y)
+      : above(image[std::max(y - 1, 0)]),
+        here(image[y]),
+        below(image[std::min(y + 1, image.rows - 1)]) {}
+  const T *above, *here, *below;
+};
+
+// Both colours of every second pixel of a row, from its own mixture and its neighbours.
+// (M3)
+void RelaxRow(const cv::Mat3f& image,
+              const cv::Mat1f& alpha,
+              const ForegroundOptions& options,
+              int y,
+              int first,
+              ForegroundColors& colors) {
+  const auto smoothness = static_cast<float>(options.smoothness);
+  const auto gradient = static_cast<float>(options.gradient_weight);
+  const RowsAround<float> a(alpha, y);
+  const RowsAround<cv::Vec3f> f(colors.foreground, y), b(colors.background, y);
+  cv::Vec3f* out_f = colors.foreground[y];
+  cv::Vec3f* out_b = colors.background[y];
+  for (int x = first; x < image.cols; x += 2) {
+    const int left = std::max(x - 1, 0), right = std::min(x + 1, image.cols - 1);
+    const float own = a.here[x], rest = 1 - own;
+    const float wl = smoothness + gradient * std::abs(own - a.here[left]);
+    const float wr = smoothness + gradient * std::abs(own - a.here[right]);
+    const float wa = smoothness + gradient * std::abs(own - a.above[x]);
+    const float wb = smoothness + gradient * std::abs(own - a.below[x]);
+    const float pull = wl + wr + wa + wb;
+    // [a^2 + p, a(1-a); a(1-a), (1-a)^2 + p] [F; B] = [a I + pF; (1-a) I + pB]; the
+    // determinant written out, for a difference of products would lose the small p
+    const float ff = own * own + pull, fb = own * rest, bb = rest * rest + pull;
+    const float inverse = 1 / (pull * (own * own + rest * rest + pull));
+    for (int c = 0; c < 3; ++c) {
+      const float pixel = image(y, x)[c];
+      const float to_f = own * pixel + wl * f.here[left][c] + wr * f.here[right][c] +
+                         wa * f.above[x][c] + wb * f.below[x][c];
+      const float to_b = rest * pixel + wl * b.here[left][c] + wr * b.here[right][c] +
+                         wa * b.above[x][c] + wb * b.below[x][c];
+      out_f[x][c] = std::max(0.0f, inverse * (bb * to_f - fb * to_b));
+      out_b[x][c] = std::max(0.0f, inverse * (ff * to_b - fb * to_f));
+    }
   }
 }
 
@@ -54,15 +68,18 @@ void SolvePixel(const cv::Mat3f& image,
 void Relax(const cv::Mat3f& image,
            const cv::Mat1f& alpha,
            const ForegroundOptions& options,
-           ForegroundColors& colors) {
+           ForegroundColors& colors,
+           const Progress& progress) {
   for (const int parity : {0, 1}) {
-    ParallelRanges(image.rows, 32, [&](int begin, int end) {
-      for (int y = begin; y < end; ++y) {
-        for (int x = (y + parity) % 2; x < image.cols; x += 2) {
-          SolvePixel(image, alpha, options, x, y, colors);
-        }
-      }
-    });
+    ParallelRanges(
+        image.rows,
+        32,
+        [&](int begin, int end) {
+          for (int y = begin; y < end; ++y) {
+            RelaxRow(image, alpha, options, y, (y + parity) % 2, colors);
+          }
+        },
+        progress);
   }
 }
 
@@ -113,8 +130,11 @@ ForegroundColors EstimateForeground(const cv::Mat3f& linear,
     cv::resize(colors.background, colors.background, size, 0, 0, cv::INTER_NEAREST);
     const bool small = size.width <= 32 && size.height <= 32;
     const int passes = small ? options.small_iterations : options.large_iterations;
-    for (int pass = 0; pass < passes; ++pass) Relax(image, matte, options, colors);
-    progress.Report((level + 1.0) / (levels + 1.0));
+    const double done =
+        std::pow(0.25, levels - level);  // Each level has 4 times the work
+    for (int pass = 0; pass < passes; ++pass) {
+      Relax(image, matte, options, colors, progress.Part(done, done));
+    }
   }
 
   // Where the matte is sure, the photo is

@@ -18,6 +18,19 @@ inline constexpr std::uint8_t kTrimapForeground = 255;
 // are unknown. Throws InputError for an empty picture.
 cv::Mat1b TrimapFromGray(const cv::Mat1f& gray);
 
+// Strokes drawn by a user, as labels: kTrimapForeground and kTrimapBackground where
+// somebody drew, kTrimapUnknown elsewhere.
+//
+// From a picture, display values in [0, 1]: white or green is tree, black or red is not.
+// With `alpha` (empty: none) what is more than half transparent is not drawn. One of the
+// four colours that covers more than half of the picture is its canvas, not a stroke.
+// Throws InputError when no stroke of either kind is there, or the sizes differ.
+cv::Mat1b StrokesFromPicture(const cv::Mat3f& display, const cv::Mat1f& alpha);
+
+// From two masks in [0, 1]: drawn where above 0.5. Throws InputError when the sizes
+// differ, a mask is empty, or both claim one pixel.
+cv::Mat1b StrokesFromMasks(const cv::Mat1f& tree, const cv::Mat1f& not_tree);
+
 struct TrimapCounts {
   std::int64_t background = 0, unknown = 0, foreground = 0;
 };

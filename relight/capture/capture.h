@@ -2,13 +2,14 @@
 #pragma once
 
 // A capture folder (docs/architecture.md): capture.toml, photos/, cameras/, trimaps/,
-// mattes/, volume.vdb, cache/, out/. Every file in it may come from anywhere: names that
-// lead out of the folder are refused.
+// scribbles/, mattes/, volume.vdb, cache/, out/. Every file in it may come from anywhere:
+// names that lead out of the folder are refused.
 
 #include "relight/base/field_text.h"
 #include "relight/cameras/camera.h"
 #include "relight/capture/capture_file.h"
 #include "relight/capture/light_options.h"
+#include "relight/capture/photo_matte.h"
 #include "relight/composite/ground_shadow.h"
 #include "relight/composite/old_shadow.h"
 #include "relight/photo/write_photo.h"
@@ -29,6 +30,7 @@ struct CaptureOptions {
   OpacityOptions volume;
   SkyTransmittanceOptions sky_transmittance;
   ReadPhotoOptions photo;
+  MatteOptions matte;
   GroundShadowOptions shadow;
   OldShadowOptions old_shadow;
 };
@@ -39,6 +41,7 @@ void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.volume, field);
   Describe(o.sky_transmittance, field);
   Describe(o.photo, field);
+  Describe(o.matte, field);
   Describe(o.shadow, field);
   Describe(o.old_shadow, field);
 }

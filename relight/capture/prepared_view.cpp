@@ -110,8 +110,30 @@ std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
   return {level.camera, grid};
 }
 
-CutOut CutOutAlone(const ViewPlan& plan, const Photo& photo, const Progress& progress) {
+CutOut CutOutAlone(const ViewPlan& plan,
+                   const Photo& photo,
+                   std::vector<std::string>& notes,
+                   const Progress& progress) {
   CutOut cut;
+  if (plan.guide && photo.alpha.empty()) {
+    PhotoMatte matte = EstimatePhotoMatte(photo,
+                                          plan.photo,
+                                          *plan.guide,
+                                          plan.options.matte,
+                                          nullptr,
+                                          progress.Part(0, 0.8));
+    std::ostringstream note;
+    note.precision(2);
+    note << "the matte was made from " << matte.made_from << ", sure to "
+         << matte.confidence << "; to look at it, and keep it: relight matte "
+         << plan.photo.string();
+    notes.push_back(note.str());
+    notes.insert(notes.end(), matte.doubts.begin(), matte.doubts.end());
+    cut.alpha = matte.alpha;
+    cut.matte_source = matte.made_from;
+    cut.foreground = ForegroundOf(photo, cut.alpha, matte.screen, progress.Part(0.8, 1));
+    return cut;
+  }
   if (plan.request.matte) {
     cut.alpha = ReadMatteFor(*plan.request.matte, photo.pixels.size(), plan.photo);
     cut.matte_source = plan.request.matte->string();
@@ -119,7 +141,7 @@ CutOut CutOutAlone(const ViewPlan& plan, const Photo& photo, const Progress& pro
     cut.alpha = photo.alpha;
     cut.matte_source = "the photo's alpha";
   }
-  cut.foreground = ForegroundOf(photo, cut.alpha, progress);
+  cut.foreground = ForegroundOf(photo, cut.alpha, {}, progress);
   return cut;
 }
 
@@ -191,16 +213,18 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
   const std::map<std::string, Camera> cameras = CamerasOf(capture);
 
   // Mattes of all views, the volume from them, its transmittance
+  CaptureMattes maker(capture, records, options);
   const Progress mattes = begin("mattes");
   const auto count = static_cast<double>(cameras.size());
   double done = 0;
   for (const auto& [name, camera] : cameras) {
-    MakeMatte(capture,
-              FindView(capture, name),
-              records,
-              options.photo,
-              force,
-              mattes.Part(done / count, (done + 1) / count));
+    const ViewEntry& entry = FindView(capture, name);
+    if (maker.Make(entry, force, mattes.Part(done / count, (done + 1) / count))) {
+      const MatteReport report = maker.ReportOf(entry);
+      for (const std::string& doubt : report.doubts) {
+        view.notes.push_back(name + ": " + doubt);
+      }
+    }
     ++done;
   }
   if (VolumeIsStale(capture, records, options, force)) {
@@ -227,13 +251,13 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
   }
   const bool own_alpha = !view.photo.alpha.empty();
   if (plan.request.matte || (other && own_alpha)) {
-    view.cut = CutOutAlone(plan, view.photo, reading);
+    view.cut = CutOutAlone(plan, view.photo, view.notes, reading);
   } else if (other) {
     const auto matte = FileOfView(capture, "mattes", entry.name);
     view.cut.alpha =
         matte ? ReadMatteFor(*matte, view.photo.pixels.size(), plan.PhotoFile())
               : MatteOf(capture, entry);
-    view.cut.foreground = ForegroundOf(view.photo, view.cut.alpha, reading);
+    view.cut.foreground = ForegroundOf(view.photo, view.cut.alpha, {}, reading);
   } else {
     view.cut = CutOutOf(capture, entry, view.photo, records, options.photo, reading);
   }
@@ -241,9 +265,13 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
 }
 
 void PrepareAlone(const ViewPlan& plan, const Begin& begin, PreparedView& view) {
-  const Progress making = begin("volume");
   view.photo = PixelsOf(plan);
-  view.cut = CutOutAlone(plan, view.photo, making);
+  if (plan.guide) {
+    view.cut = CutOutAlone(plan, view.photo, view.notes, begin("mattes"));
+    begin("volume");
+  } else {
+    view.cut = CutOutAlone(plan, view.photo, view.notes, begin("volume"));
+  }
   std::tie(view.camera, view.tree.grid) = StandIn(plan, view.cut.alpha, view.notes);
   view.tree.occupied = FindOccupied(view.tree.grid);
   view.tree.sky_transmittance = ProjectTransmittance(

@@ -111,8 +111,14 @@ void RequireSizeOf(const PhotoFacts& photo, const fs::path& file, const char* wh
                    "; make the " + what + " at the photo's size");
 }
 
-void PlanStages(ViewPlan& plan, Missing& missing) {
+void PlanStages(ViewPlan& plan) {
   if (!plan.capture) {
+    if (plan.guide) {
+      plan.stages.push_back({"mattes",
+                             plan.guide->trimap ? "a matte of the photo"
+                                                : "a matte of the photo, against the sky",
+                             1 + kMatteSecondsPerMegapixel * plan.megapixels});
+    }
     plan.stages.push_back(
         {"volume", "a round silhouette volume from this photo alone", 1});
     plan.stages.push_back(
@@ -120,38 +126,35 @@ void PlanStages(ViewPlan& plan, Missing& missing) {
     return;
   }
   const Capture& capture = *plan.capture;
-  const StageRecords records(capture.folder);
+  StageRecords records(capture.folder);
+  const CaptureMattes mattes(capture, records, plan.options);
   const bool force = plan.request.force;
   int to_make = 0, posed = 0;
   double matte_mpx = 0;
-  std::vector<std::string> without;
+  int against_sky = 0;
   for (const auto& [name, camera] : CamerasOf(capture)) {
     ++posed;
     const ViewEntry& view = FindView(capture, name);
     if (!fs::exists(capture.PhotoOf(view))) ThrowPhotoIsGone(capture, view);
-    const MatteNeed need = NeedOf(capture, view, records, plan.options.photo, force);
-    if (need == MatteNeed::kMissing) without.push_back(name);
-    if (need != MatteNeed::kMatte) continue;
-    RequireSizeOf(ReadPhotoFacts(capture.PhotoOf(view)),
-                  *FileOfView(capture, "trimaps", name),
-                  "trimap");
+    if (!mattes.IsStale(view, force)) continue;
+    const MatteGuide guide = mattes.GuideOf(view);
+    const PhotoFacts facts = ReadPhotoFacts(capture.PhotoOf(view));
+    if (guide.trimap) RequireSizeOf(facts, *guide.trimap, "trimap");
+    for (const fs::path& strokes : guide.scribbles) {
+      RequireSizeOf(facts, strokes, "picture of scribbles");
+    }
+    if (guide.automatic) ++against_sky;
     ++to_make;
     matte_mpx += 1e-6 * camera.width_px * camera.height_px;
   }
-  if (!without.empty()) {
-    std::string list = without.front();
-    if (without.size() > 1)
-      list += " and " + std::to_string(without.size() - 1) + " more";
-    missing.Add("no matte and no trimap for " + list,
-                "a matte of the photo's size in " + (capture.folder / "mattes").string() +
-                    " or a trimap (0, 128, 255) in " +
-                    (capture.folder / "trimaps").string() + ", named like the photo");
-    return;
-  }
   if (to_make > 0) {
-    plan.stages.push_back({"mattes",
-                           "closed-form mattes of " + std::to_string(to_make) + " photos",
-                           1 + kMatteSecondsPerMegapixel * matte_mpx});
+    std::string what = "mattes of " + std::to_string(to_make) + " photos";
+    if (against_sky > 0) {
+      what += against_sky == to_make
+                  ? ", against the sky"
+                  : ", " + std::to_string(against_sky) + " of them against the sky";
+    }
+    plan.stages.push_back({"mattes", what, 1 + kMatteSecondsPerMegapixel * matte_mpx});
   }
   const bool volume = to_make > 0 || VolumeIsStale(capture, records, plan.options, force);
   if (volume) {
@@ -266,7 +269,7 @@ std::vector<fs::path> InputsOf(const ViewPlan& plan) {
   if (!plan.capture) return inputs;
   for (const ViewEntry& view : plan.capture->file.views) {
     inputs.push_back(plan.capture->PhotoOf(view));
-    for (const char* folder : {"mattes", "trimaps"}) {
+    for (const char* folder : {"mattes", "trimaps", "scribbles"}) {
       if (const auto file = FileOfView(*plan.capture, folder, view.name))
         inputs.push_back(*file);
     }
@@ -435,17 +438,16 @@ ViewPlan PlanView(const ViewRequest& request,
     if (!plan.request.matte) {
       if (const auto matte = FileOfView(*plan.capture, "mattes", plan.name)) {
         plan.request.matte = *matte;
+      } else if (FileOfView(*plan.capture, "trimaps", plan.name) ||
+                 FileOfView(*plan.capture, "scribbles", plan.name)) {
+        StageRecords records(plan.capture->folder);
+        plan.guide = CaptureMattes(*plan.capture, records, plan.options).GuideOf(*entry);
       }
     }
     plan.capture.reset();
   }
   if (!plan.capture && !plan.request.matte) {
-    if (PixelsOf(plan).alpha.empty()) {
-      const fs::path drawn =
-          plan.photo.parent_path() / (plan.photo.stem().string() + "_matte.png");
-      missing.Add("no matte (a picture of the photo's size, white where the tree is)",
-                  "--matte " + ShellWord(drawn.string()));
-    }
+    if (PixelsOf(plan).alpha.empty() && !plan.guide) plan.guide = MatteGuide();
   }
   const PhotoFacts of_relit = request.photo ? ReadPhotoFacts(*request.photo) : facts;
   if (plan.request.matte) {
@@ -454,7 +456,7 @@ ViewPlan PlanView(const ViewRequest& request,
     const auto matte = FileOfView(*plan.capture, "mattes", plan.name);
     if (matte && !request.photo && !in_memory) RequireSizeOf(of_relit, *matte, "matte");
   }
-  PlanStages(plan, missing);
+  PlanStages(plan);
   ThrowIfMissing(missing, request, command);
 
   // The photo's own light

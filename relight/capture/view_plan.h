@@ -57,7 +57,7 @@ struct HourLight {
 
 struct PlannedStage {
   std::string name;  // "mattes", "volume", "light", and what the verb does last.
-  std::string what;  // "closed-form mattes of 12 photos".
+  std::string what;  // "mattes of 12 photos, against the sky".
   double expected_s = 0.0;
 };
 
@@ -67,7 +67,8 @@ struct ViewPlan {
   CaptureOptions options;
   std::optional<Capture> capture;  // Unset: one photo alone.
   std::string name;
-  std::filesystem::path photo;  // The view's own; request.photo may stand in for it.
+  std::filesystem::path photo;      // The view's own; request.photo may stand in for it.
+  std::optional<MatteGuide> guide;  // One photo alone without a matte: one is made so.
   double megapixels = 0.0;
   std::optional<double> focal_35mm_mm;  // As the photo says.
   std::optional<Place> place;

@@ -112,11 +112,12 @@ void WriteMatte(const fs::path& path, const cv::Mat1f& matte) {
 
 void WriteLinear(const fs::path& path,
                  const std::vector<LinearLayer>& layers,
-                 const std::map<std::string, std::string>& metadata) {
+                 const std::map<std::string, std::string>& metadata,
+                 LinearDepth depth) {
   Require(!layers.empty(), "a linear file has a layer");
 
   // All channels side by side
-  PictureToEncode picture{.display_encoded = false};
+  PictureToEncode picture{.half = depth == LinearDepth::kHalf, .display_encoded = false};
   std::vector<cv::Mat> planes;
   for (const LinearLayer& layer : layers) {
     Require(layer.values.type() == CV_32FC1 || layer.values.type() == CV_32FC3,
@@ -133,6 +134,10 @@ void WriteLinear(const fs::path& path,
     }
   }
   cv::merge(planes, picture.samples);
+  if (picture.half) {
+    constexpr double kLargestHalf = 65504;
+    picture.samples = cv::max(cv::min(picture.samples, kLargestHalf), -kLargestHalf);
+  }
   for (const auto& [name, value] : metadata) {
     Require(name.rfind(kMetadataPrefix, 0) == 0, "metadata named relight:…");
     picture.metadata.emplace_back(name, value);

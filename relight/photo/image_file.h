@@ -37,12 +37,16 @@ struct LinearFile {
       metadata;  // Texts whose name begins with "relight:".
 };
 
-// 32-bit float OpenEXR, losslessly compressed; the same layers give the same bytes. Names
-// of `metadata` begin with "relight:". All layers are of one size, names are distinct.
-// Throws InputError when the file cannot be written whole.
+enum class LinearDepth { kFloat, kHalf };
+
+// OpenEXR, losslessly compressed; the same layers give the same bytes. What does not fit
+// a half float (above 65504) becomes its largest. Names of `metadata` begin with
+// "relight:". All layers are of one size, names are distinct. Throws InputError when the
+// file cannot be written whole.
 void WriteLinear(const std::filesystem::path& path,
                  const std::vector<LinearLayer>& layers,
-                 const std::map<std::string, std::string>& metadata = {});
+                 const std::map<std::string, std::string>& metadata = {},
+                 LinearDepth depth = LinearDepth::kFloat);
 
 // All of it, as written, NaN included. Throws InputError.
 LinearFile ReadLinearFile(const std::filesystem::path& path);

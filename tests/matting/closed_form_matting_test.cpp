@@ -56,14 +56,14 @@ TEST(ClosedFormMatting, FindsTheMixtureOfTwoColours) {
     }
   }
   const MatteEstimate estimate =
-      EstimateMatte(image, trimap, {.prior = 0, .relative_residual = 1e-11});
+      EstimateMatte(image, trimap, {.prior_weight = 0, .relative_residual = 1e-11});
   EXPECT_EQ(estimate.summary.unknown_pixels, 40 * 40);
   // eps pulls every window's slope towards 0: the further from what is known the more. 1
   // % is what 40 columns at eps = 1e-7 leave; ten times eps leaves more
   const double error = cv::norm(estimate.alpha, truth, cv::NORM_INF);
   EXPECT_LT(error, 0.02);
   const MatteEstimate looser = EstimateMatte(
-      image, trimap, {.epsilon = 1e-6, .prior = 0, .relative_residual = 1e-11});
+      image, trimap, {.epsilon = 1e-6, .prior_weight = 0, .relative_residual = 1e-11});
   EXPECT_GT(cv::norm(looser.alpha, truth, cv::NORM_INF), error);
 }
 
@@ -201,7 +201,7 @@ TEST(ClosedFormMatting, IsAsGoodAsAnotherProgramOfTheMethod) {
     // The method alone, on display values as that program takes them
     const cv::Mat3f linear = ReadPhoto(image).pixels;
     const MatteEstimate estimate =
-        EstimateMatte(DisplayFromLinear(linear), labels, {.prior = 0});
+        EstimateMatte(DisplayFromLinear(linear), labels, {.prior_weight = 0});
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     const cv::Mat1f alpha = ReadMatte(truth);
