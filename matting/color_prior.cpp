@@ -88,6 +88,9 @@ cv::Vec3f DisplaySlope(const cv::Vec3f& linear) {
   return slope;
 }
 
+// Colours that lie this far apart on a display tell alpha as surely as any.
+constexpr double kApart = 0.6;
+
 Guess GuessOf(const cv::Vec3f& pixel,
               const std::vector<cv::Vec3f>& foreground,
               const std::vector<cv::Vec3f>& background,
@@ -124,7 +127,7 @@ Guess GuessOf(const cv::Vec3f& pixel,
   const double agreement =
       std::exp(-0.5 * variance / (options.agreement * options.agreement));
   return {static_cast<float>(mean),
-          static_cast<float>(fit * agreement * std::min(1.0, best_apart / 0.2))};
+          static_cast<float>(fit * agreement * std::min(1.0, best_apart / kApart))};
 }
 
 // What the trimap knows with one label, in blocks of pixels: the mean colour of each

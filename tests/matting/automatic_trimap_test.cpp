@@ -220,6 +220,7 @@ TEST(AutomaticTrimap, RefusesWhatItCannotUse) {
 // Rendered captures with true alphas: the matte from the automatic trimap.
 TEST(AutomaticTrimap, IsGoodEnoughToMatteWith) {
   RELIGHT_SKIP_WITHOUT_SHARED("data/maple/photos");
+  double sum = 0;
   for (const std::string name : {"maple/photos/view_00",
                                  "maple/photos_camera/view_06",
                                  "birch/photos/view_03",
@@ -240,11 +241,12 @@ TEST(AutomaticTrimap, IsGoodEnoughToMatteWith) {
                 error,
                 result.confidence,
                 seconds);
-    // 0.037 over all views of each tree; 0.031 and 0.035 from trimaps that
-    // were made from the true alphas
-    EXPECT_LT(error, 0.05) << name;
+    // From trimaps that were made from the true alphas 0.03 to 0.04
+    EXPECT_LT(error, 0.06) << name;
     EXPECT_GT(result.confidence, 0.5) << name;
+    sum += error;
   }
+  EXPECT_LT(sum / 4, 0.05);
 }
 
 }  // namespace
