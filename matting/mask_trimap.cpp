@@ -15,7 +15,8 @@
 namespace relight {
 namespace {
 
-constexpr int kSide = 32;  // Cells of the histogram along a channel.
+constexpr int kSide = 32;       // Cells of the histogram along a channel.
+constexpr float kShare = 0.1f;  // s of (M7).
 
 int CellOf(const cv::Vec3f& color) {
   int cell = 0;
@@ -102,13 +103,14 @@ cv::Mat1b TrimapFromMask(const cv::Mat3f& display,
           for (int x = 0; x < mask.cols; ++x) {
             if (trimap(y, x) != kTrimapForeground) continue;
             const auto cell = static_cast<std::size_t>(CellOf(display(y, x)));
-            hole(y, x) = outside[cell] > inside[cell] ? 255 : 0;
+            hole(y, x) = outside[cell] > kShare * inside[cell] ? 255 : 0;
           }
         }
       },
       progress.Part(0.7, 0.9));
-  // With the pixels around, which leaf and sky share
-  cv::dilate(hole, hole, cv::Mat::ones(5, 5, CV_8U));
+  // With what is around, which leaf and sky share
+  const int reach = static_cast<int>(std::lround(band)) + 1;
+  cv::dilate(hole, hole, cv::Mat::ones(2 * reach + 1, 2 * reach + 1, CV_8U));
   trimap.setTo(kTrimapUnknown, hole & (trimap == kTrimapForeground));
   CheckTrimap(trimap);
   progress.Report(1);

@@ -4,10 +4,13 @@
 // Trimap from a mask that somebody cut by hand: its edges too hard, its holes filled.
 //
 // Unknown becomes what lies within `band` of the mask's edge or is neither 0 nor 1 in it,
-// and what the mask calls tree though its colour is rather one of those outside: with
-// p(c | inside), p(c | outside) the histograms of the pixels away from the edge, where
+// and what the mask calls tree though its colour may be one of those outside, with the
+// band around it: with p(c | inside), p(c | outside) the histograms of the pixels away
+// from the edge, where
 //
-//   p(c | outside) > p(c | inside)                                             (M7)
+//   p(c | outside) > s p(c | inside),   s = 0.1                                (M7)
+//
+// s is small, for inside a crown cut so the holes' colours are counted as the tree's.
 
 #include "relight/base/field.h"
 #include "relight/base/progress.h"

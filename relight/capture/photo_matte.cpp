@@ -62,6 +62,14 @@ void FindTrimap(const Photo& photo,
     return EstimateTrimap(
         DisplayFromLinear(photo.pixels), strokes, like, options.automatic, progress);
   });
+  const TrimapCounts counts = CountLabels(found.trimap);
+  if (counts.foreground == 0 || counts.background == 0) {
+    std::string why;
+    for (const std::string& doubt : found.doubts) why += doubt + "; ";
+    throw InputError(file.string() + ": no tree against sky was found in it: " + why +
+                     "give a matte or a trimap of it, or strokes (relight matte PHOTO "
+                     "--scribbles FILE --automatic)");
+  }
   matte.trimap = std::move(found.trimap);
   matte.confidence = found.confidence;
   matte.doubts = std::move(found.doubts);

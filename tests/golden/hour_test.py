@@ -287,14 +287,14 @@ class OfOnePhoto(RelightCase):
         shutil.copy(PHOTO, self.folder / "photo.jpg")
         outcome = self.done("matte", "photo.jpg", "--trimap", SAMPLE / "trimaps" / "view_00.png",
                             "--foreground", "f.exr", cwd=self.folder)
-        self.assertEqual(outcome.out.split(), ["f.exr", "photo_matte.png"])
+        self.assertEqual(outcome.out.split(), ["photo_matte.png", "f.exr"])
         matte = Png(self.folder / "photo_matte.png")
         trimap = Png(SAMPLE / "trimaps" / "view_00.png")
         self.assertEqual((matte.bits, matte.channels), (16, 1))
         for a, t in zip(matte.samples, trimap.samples):
             if t in (0, 255):
                 self.assertEqual(a, 65535 if t else 0)
-        self.assertEqual(set(Exr(self.folder / "f.exr").types.values()), {"float"})
+        self.assertEqual(set(Exr(self.folder / "f.exr").types.values()), {"half"})
         self.refused("matte", "photo.jpg", "--trimap", "photo_matte.png", "-o", "photo_matte.png",
                      cwd=self.folder, names=["photo_matte.png", "is an input"])
 

@@ -57,10 +57,11 @@ class OnePhotoLacks(RelightCase):
                                names=[photo, "no heading in EXIF", "--heading SW"])
         self.assertNotIn("no place", message)
 
-    def test_no_matte(self):
-        photo = self.photo()
+    def test_no_matte_and_no_sky_to_make_one_against(self):
+        photo = write_png(self.folder / "wall.png", 64, 64, 3,
+                          lambda x, y: ((x * 7919 + y * 104729) % 97, 60, 40))
         self.refused(photo, *FACTS, "--to", "17:00",
-                     names=[photo, "no matte", "--matte", "photo_matte.png"])
+                     names=[photo, "no tree against sky", "--scribbles", "matte"])
 
     def test_sun_below_the_horizon_at_the_wanted_hour(self):
         self.refused(self.matte, *FACTS, "--to", "23:30",
@@ -224,7 +225,9 @@ class BadCaptures(RelightCase):
     def test_neither_matte_nor_trimap(self):
         (self.capture / "mattes" / "view_04.png").unlink()
         (self.capture / "trimaps" / "view_04.png").unlink()
-        self.refuse("view_04", "no matte and no trimap", "trimaps")
+        outcome = self.done(self.capture, "--to", "16:00")
+        self.assertIn("mattes of 1 photos, against the sky", outcome.err)
+        self.assertTrue((self.capture / "mattes" / "view_04.png").exists())
 
     def test_truncated_photo(self):
         photo = self.capture / "photos" / "view_00.jpg"
