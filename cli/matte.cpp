@@ -171,7 +171,7 @@ Verb AddMatte(CLI::App& program, const ConsoleOptions& console) {
                   guide.scribbles,
                   "strokes, white or green on the tree, black or red beside it; or two "
                   "masks, of tree and of background")
-      ->type_name("FILE [FILE]")
+      ->type_name("FILE")
       ->expected(1, 2)
       ->group("What is known (else: found, for a tree against sky)");
   app->add_flag("--automatic",

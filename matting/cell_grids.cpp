@@ -21,24 +21,37 @@ constexpr int kDirectCells = 500;  // The coarsest grid has no more.
 // grid more, for cells share nothing at their borders; with two it does not.
 constexpr int kSteps = 2;
 
-// Numbers that hold nothing are given a 1 on the diagonal; they stay 0.
-void TakeInverses(CellGrid& grid) {
-  for (Cell& cell : grid.cells) {
-    for (int d = 0; d < 4; ++d) {
-      if (cell.a[0](d, d) <= 0) cell.a[0](d, d) = 1;
-    }
-    cell.inverse = cell.a[0].inverse();
-  }
+// Calls body(cell), stripe by stripe (stencil_matrix.h). Stripes have an even number of
+// rows, so that no parent has children in two.
+template <class Body>
+void ForCells(CellGrid& grid,
+              bool backwards,
+              const Body& body,
+              const Progress& progress) {
+  ForStripes(
+      grid.size.height,
+      backwards,
+      [&](int begin, int end) {
+        const int first = grid.first_of_row[begin], last = grid.first_of_row[end];
+        for (int n = 0; n < last - first; ++n) {
+          body(grid.cells[backwards ? last - 1 - n : first + n]);
+        }
+      },
+      progress);
 }
 
-template <class Body>
-void ForCells(CellGrid& grid, bool backwards, const Body& body) {
-  ForStripes(grid.size.height, backwards, [&](int begin, int end) {
-    const int first = grid.first_of_row[begin], last = grid.first_of_row[end];
-    for (int n = 0; n < last - first; ++n) {
-      body(grid.cells[backwards ? last - 1 - n : first + n]);
-    }
-  });
+// Numbers that hold nothing are given a 1 on the diagonal; they stay 0.
+void TakeInverses(CellGrid& grid, const Progress& progress) {
+  ForCells(
+      grid,
+      false,
+      [](Cell& cell) {
+        for (int d = 0; d < 4; ++d) {
+          if (cell.a[0](d, d) <= 0) cell.a[0](d, d) = 1;
+        }
+        cell.inverse = cell.a[0].inverse();
+      },
+      progress);
 }
 
 // (A v) of one cell, without its own block.
@@ -55,10 +68,14 @@ Vec4 FromNeighbours(const CellGrid& grid, const Cell& cell, Vec4 Cell::*v) {
   return sum;
 }
 
-void Relax(CellGrid& grid, bool backwards) {
-  ForCells(grid, backwards, [&](Cell& cell) {
-    cell.z = cell.inverse * (cell.r - FromNeighbours(grid, cell, &Cell::z));
-  });
+void Relax(CellGrid& grid, bool backwards, const Progress& progress) {
+  ForCells(
+      grid,
+      backwards,
+      [&](Cell& cell) {
+        cell.z = cell.inverse * (cell.r - FromNeighbours(grid, cell, &Cell::z));
+      },
+      progress);
 }
 
 double Dot(const CellGrid& grid, Vec4 Cell::*u, Vec4 Cell::*v) {
@@ -128,19 +145,21 @@ void CellGrid::Couple(int n, int m, const Block& block) {
   Require(false, "cells that are coupled are neighbours");
 }
 
-CellGrids::CellGrids(CellGrid finest, const std::vector<CellColors>& colors) {
+CellGrids::CellGrids(CellGrid finest,
+                     const std::vector<CellColors>& colors,
+                     const Progress& progress) {
   grids_.push_back(std::move(finest));
-  TakeInverses(grids_.back());
+  TakeInverses(grids_.back(), progress.Part(0, 0));
   std::vector<CellColors> at = colors;
   while (static_cast<int>(grids_.back().cells.size()) > kDirectCells) {
-    at = AddCoarser(at);
-    TakeInverses(grids_.back());
+    at = AddCoarser(at, progress.Part(0, 0));
+    TakeInverses(grids_.back(), progress.Part(0, 0));
   }
   FactoriseCoarsest();
 }
 
-std::vector<CellColors> CellGrids::AddCoarser(
-    const std::vector<CellColors>& fine_colors) {
+std::vector<CellColors> CellGrids::AddCoarser(const std::vector<CellColors>& fine_colors,
+                                              const Progress& progress) {
   CellGrid& fine = grids_.back();
   cv::Mat1b inside(
       (fine.size.height + 1) / 2, (fine.size.width + 1) / 2, std::uint8_t{0});
@@ -161,6 +180,7 @@ std::vector<CellColors> CellGrids::AddCoarser(
     of.mean += fine_colors[n].pixels * fine_colors[n].mean;
   }
   for (CellColors& of : colors) of.mean /= of.pixels;
+  progress.Report(0);
 
   // The parent's phi in a cell's numbers: means differ, so phi_parent = phi S
   const auto parent_phi = [&](std::size_t n) {
@@ -174,6 +194,7 @@ std::vector<CellColors> CellGrids::AddCoarser(
     const Eigen::Matrix4d phi = parent_phi(n);
     gram[fine.cells[n].parent] += phi.transpose() * phi;
   }
+  progress.Report(0);
   std::vector<Eigen::Matrix4d> t(coarse.cells.size());
   for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
     const OrthonormalBasis basis(gram[c]);
@@ -183,15 +204,20 @@ std::vector<CellColors> CellGrids::AddCoarser(
   for (std::size_t n = 0; n < fine.cells.size(); ++n) {
     fine.cells[n].from_parent = (parent_phi(n) * t[fine.cells[n].parent]).cast<float>();
   }
+  progress.Report(0);
 
   // P^T A P
-  for (const Cell& cell : fine.cells) {
-    for (int link = 0; link < kLinks; ++link) {
-      if (cell.later[link] < 0) continue;
-      const Cell& other = fine.cells[cell.later[link]];
-      Block block = cell.from_parent.transpose() * cell.a[link] * other.from_parent;
-      if (link > 0 && cell.parent == other.parent) block += block.transpose().eval();
-      coarse.Couple(cell.parent, other.parent, block);
+  for (int y = 0; y < fine.size.height; ++y) {
+    progress.Report(0);
+    for (int n = fine.first_of_row[y]; n < fine.first_of_row[y + 1]; ++n) {
+      const Cell& cell = fine.cells[n];
+      for (int link = 0; link < kLinks; ++link) {
+        if (cell.later[link] < 0) continue;
+        const Cell& other = fine.cells[cell.later[link]];
+        Block block = cell.from_parent.transpose() * cell.a[link] * other.from_parent;
+        if (link > 0 && cell.parent == other.parent) block += block.transpose().eval();
+        coarse.Couple(cell.parent, other.parent, block);
+      }
     }
   }
   grids_.push_back(std::move(coarse));
@@ -231,51 +257,74 @@ void CellGrids::SolveCoarsest() {
   }
 }
 
-void CellGrids::Solve(std::size_t level) {
+void CellGrids::Solve(std::size_t level, const Progress& progress) {
   if (level + 1 == grids_.size()) return SolveCoarsest();
   CellGrid& grid = grids_[level];
-  for (Cell& cell : grid.cells) {
-    cell.x.setZero();
-    cell.r = cell.b;
-  }
+  ForCells(
+      grid,
+      false,
+      [](Cell& cell) {
+        cell.x.setZero();
+        cell.r = cell.b;
+      },
+      progress);
   double before = 0, step = 0;
   for (int n = 0; n < kSteps; ++n) {
-    Cycle(level);
+    Cycle(level, progress);
     const double rz = Dot(grid, &Cell::r, &Cell::z);
     if (rz <= 0) return;
     // Conjugate to the direction before, though the cycle is not quite linear
-    const double turn = n == 0 ? 0 : -step * Dot(grid, &Cell::z, &Cell::ap) / before;
-    for (Cell& cell : grid.cells) cell.p = cell.z + static_cast<float>(turn) * cell.p;
-    ForCells(grid, false, [&](Cell& cell) {
-      cell.ap = cell.a[0] * cell.p + FromNeighbours(grid, cell, &Cell::p);
-    });
+    const auto turn =
+        static_cast<float>(n == 0 ? 0 : -step * Dot(grid, &Cell::z, &Cell::ap) / before);
+    ForCells(
+        grid, false, [&](Cell& cell) { cell.p = cell.z + turn * cell.p; }, progress);
+    ForCells(
+        grid,
+        false,
+        [&](Cell& cell) {
+          cell.ap = cell.a[0] * cell.p + FromNeighbours(grid, cell, &Cell::p);
+        },
+        progress);
     step = Dot(grid, &Cell::r, &Cell::p) / Dot(grid, &Cell::p, &Cell::ap);
     before = rz;
-    for (Cell& cell : grid.cells) {
-      cell.x += static_cast<float>(step) * cell.p;
-      cell.r -= static_cast<float>(step) * cell.ap;
-    }
+    ForCells(
+        grid,
+        false,
+        [&](Cell& cell) {
+          cell.x += static_cast<float>(step) * cell.p;
+          cell.r -= static_cast<float>(step) * cell.ap;
+        },
+        progress);
   }
 }
 
 // z near A^-1 r.
-void CellGrids::Cycle(std::size_t level) {
+void CellGrids::Cycle(std::size_t level, const Progress& progress) {
   CellGrid& grid = grids_[level];
   CellGrid& coarse = grids_[level + 1];
-  for (Cell& cell : grid.cells) cell.z.setZero();
-  Relax(grid, false);
-  ForCells(grid, false, [&](Cell& cell) {
-    cell.left = cell.r - cell.a[0] * cell.z - FromNeighbours(grid, cell, &Cell::z);
-  });
-  for (Cell& cell : coarse.cells) cell.b.setZero();
-  for (const Cell& cell : grid.cells) {
-    coarse.cells[cell.parent].b.noalias() += cell.from_parent.transpose() * cell.left;
-  }
-  Solve(level + 1);
-  for (Cell& cell : grid.cells) {
-    cell.z.noalias() += cell.from_parent * coarse.cells[cell.parent].x;
-  }
-  Relax(grid, true);
+  ForCells(
+      grid, false, [](Cell& cell) { cell.z.setZero(); }, progress);
+  Relax(grid, false, progress);
+  ForCells(
+      coarse, false, [](Cell& cell) { cell.b.setZero(); }, progress);
+  ForCells(
+      grid,
+      false,
+      [&](Cell& cell) {
+        const Vec4 left =
+            cell.r - cell.a[0] * cell.z - FromNeighbours(grid, cell, &Cell::z);
+        coarse.cells[cell.parent].b.noalias() += cell.from_parent.transpose() * left;
+      },
+      progress);
+  Solve(level + 1, progress);
+  ForCells(
+      grid,
+      false,
+      [&](Cell& cell) {
+        cell.z.noalias() += cell.from_parent * coarse.cells[cell.parent].x;
+      },
+      progress);
+  Relax(grid, true, progress);
 }
 
 }  // namespace relight

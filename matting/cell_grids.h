@@ -5,6 +5,8 @@
 // (what is affine in colour over the pixels of a cell), each coupled to its eight
 // neighbours. Each grid halves the one before; the coarsest is solved directly.
 
+#include "relight/base/progress.h"
+
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
 #include <opencv2/core.hpp>
@@ -39,7 +41,6 @@ struct Cell {
   Vec4 b = Vec4::Zero(), x = Vec4::Zero();   // A x = b
   Vec4 r = Vec4::Zero(), z = Vec4::Zero();   // r = b - A x; z near A^-1 r
   Vec4 p = Vec4::Zero(), ap = Vec4::Zero();  // The direction of search, and A p
-  Vec4 left = Vec4::Zero();                  // r - A z
 };
 
 // What is affine in colour over a cell: phi = (1, color - mean) of its pixels, in its own
@@ -65,21 +66,24 @@ struct CellGrid {
 
 class CellGrids {
  public:
-  // `finest`: A set. Takes it over and makes the coarser ones.
-  CellGrids(CellGrid finest, const std::vector<CellColors>& colors);
+  // `finest`: A set. Takes it over and makes the coarser ones. Throws Cancelled.
+  CellGrids(CellGrid finest,
+            const std::vector<CellColors>& colors,
+            const Progress& progress = {});
 
   CellGrid& finest() { return grids_.front(); }
 
   // x near A^-1 b on the finest grid: some steps of conjugate gradients, each with one
-  // cycle over the coarser grids, which take as many steps each.
-  void Solve() { Solve(0); }
+  // cycle over the coarser grids, which take as many steps each. Throws Cancelled.
+  void Solve(const Progress& progress = {}) { Solve(0, progress); }
 
  private:
-  std::vector<CellColors> AddCoarser(const std::vector<CellColors>& fine_colors);
+  std::vector<CellColors> AddCoarser(const std::vector<CellColors>& fine_colors,
+                                     const Progress& progress);
   void FactoriseCoarsest();
   void SolveCoarsest();
-  void Solve(std::size_t level);
-  void Cycle(std::size_t level);
+  void Solve(std::size_t level, const Progress& progress);
+  void Cycle(std::size_t level, const Progress& progress);
 
   std::vector<CellGrid> grids_;  // From fine to coarse.
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> coarsest_;

@@ -44,7 +44,7 @@ MattingSystem MakeMattingSystem(const cv::Mat3f& image,
                                 const MattingOptions& options,
                                 const Progress& progress) {
   auto pixels = std::make_unique<PixelRuns>(SystemOf(trimap, progress.Part(0, 0.1)));
-  StencilMatrix matrix(*pixels);
+  StencilMatrix matrix(*pixels, progress.Part(0.1, 0.1));
   AddMattingLaplacian(image, options.epsilon, matrix, progress.Part(0.1, 1));
 
   // The normal equations of (M1): (L + lambda D) alpha = lambda D alpha*

@@ -70,7 +70,7 @@ ColorMultigrid::ColorMultigrid(const StencilMatrix& a,
   CellGrid finest(CellsOf(*a.pixels, image.size()));
   const auto colors = FindColors(finest, progress.Part(0, 0.4));
   Project(finest, progress.Part(0.4, 0.9));
-  grids_ = std::make_unique<CellGrids>(std::move(finest), colors);
+  grids_ = std::make_unique<CellGrids>(std::move(finest), colors, progress.Part(0.9, 1));
   progress.Report(1);
 }
 
@@ -193,7 +193,7 @@ void ColorMultigrid::Apply(std::span<const float> r,
         }
       },
       progress);
-  grids_->Solve();
+  grids_->Solve(progress);
   ForCellRows(
       grid,
       [&](int first, int last, int begin, int end) {

@@ -137,15 +137,24 @@ struct KnownBlocks {
   std::array<cv::Mat1i, kDirections.size()> nearest;  // As NearestAlong says; -1: none.
   std::vector<cv::Vec3f> common;  // For blocks that see none in any direction.
 
-  KnownBlocks(const cv::Mat3f& image, const cv::Mat1b& trimap, std::uint8_t label)
+  KnownBlocks(const cv::Mat3f& image,
+              const cv::Mat1b& trimap,
+              std::uint8_t label,
+              const Progress& progress)
       : color((image.rows + kBlock - 1) / kBlock, (image.cols + kBlock - 1) / kBlock) {
     cv::Mat1b known(color.size(), std::uint8_t{0});
-    ParallelRanges(color.rows, 16, [&](int begin, int end) {
-      for (int y = begin; y < end; ++y) {
-        for (int x = 0; x < color.cols; ++x) FindMean(image, trimap, label, x, y, known);
-      }
-    });
+    ParallelRanges(
+        color.rows,
+        16,
+        [&](int begin, int end) {
+          for (int y = begin; y < end; ++y) {
+            for (int x = 0; x < color.cols; ++x)
+              FindMean(image, trimap, label, x, y, known);
+          }
+        },
+        progress);
     for (std::size_t d = 0; d < kDirections.size(); ++d) {
+      progress.Report(1);
       nearest[d] = NearestAlong(known, kDirections[d]);
     }
     common = CommonColors(color, known);
@@ -193,8 +202,9 @@ ColorPrior EstimateColorPrior(const cv::Mat3f& linear,
                               const Progress& progress) {
   Require(linear.size() == trimap.size(), "photo and trimap have one size");
   ColorPrior prior{cv::Mat1f::zeros(linear.size()), cv::Mat1f::zeros(linear.size())};
-  const KnownBlocks foreground(linear, trimap, kTrimapForeground);
-  const KnownBlocks background(linear, trimap, kTrimapBackground);
+  const KnownBlocks foreground(linear, trimap, kTrimapForeground, progress.Part(0, 0.15));
+  const KnownBlocks background(
+      linear, trimap, kTrimapBackground, progress.Part(0.15, 0.3));
   ParallelRanges(
       linear.rows,
       16,

@@ -103,8 +103,12 @@ void ForStripes(int rows,
   }
 }
 
-StencilMatrix::StencilMatrix(const PixelRuns& of) : pixels(&of) {
-  for (auto& e : entry) e.assign(static_cast<std::size_t>(of.slots), 0.0f);
+StencilMatrix::StencilMatrix(const PixelRuns& of, const Progress& progress)
+    : pixels(&of) {
+  for (auto& e : entry) {
+    progress.Report(0);
+    e.assign(static_cast<std::size_t>(of.slots), 0.0f);
+  }
 }
 
 template <class Real>

@@ -72,7 +72,8 @@ void ForStripes(int rows,
 // entry[k][i]: coupling of the pixel in slot i with its neighbour k; 0 where either is
 // outside the system.
 struct StencilMatrix {
-  explicit StencilMatrix(const PixelRuns& pixels);
+  // Zero. Throws Cancelled.
+  explicit StencilMatrix(const PixelRuns& pixels, const Progress& progress = {});
 
   const PixelRuns* pixels;  // Not owned.
   std::array<std::vector<float>, kStencil> entry;
