@@ -5,20 +5,15 @@
 //
 //   [Rother04] docs/bibliography.md#rother04 GrabCut: colour mixtures and a graph cut
 //
-// Sky is smooth and reaches the upper border; its colour s(x, y), a polynomial and what
-// that leaves averaged locally, is known all over the picture, also behind the crown. Of
-// a pixel's colour c, in CIELAB,
-//
-//   d = |c - s|                                                           (M9)
-//
-// is 0 for sky and grows with alpha up to the tree's contrast, the 90th percentile D of
-// what stands before the sky. Of a pixel and its eight neighbours,
+// Of a pixel's distance d to the colour of the sky behind it, (M9) of sky_behind.h, and
+// those of its eight neighbours,
 //
 //   background: d < t sigma of all,   foreground: d > f D, and d > 0.6 D of all   (M10)
 //
-// with sigma the sky's own spread; all else is unknown. Below the horizon, the lowest row
-// that shows sky, there is ground for background, of any texture and with the tree's
-// shadow on it: the tree is what GrabCut separates there, and what is held from above.
+// with sigma the sky's own spread and D the tree's contrast; all else is unknown. Below
+// the horizon, the lowest row that shows sky, there is ground for background, of any
+// texture and with the tree's shadow on it: the tree is what GrabCut separates there, and
+// what is held from above.
 
 #include "relight/base/field.h"
 #include "relight/base/progress.h"
