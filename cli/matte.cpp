@@ -105,6 +105,7 @@ void RequireNoInput(const MatteRequest& request, const fs::path& output) {
 }
 
 int OfPhoto(const MatteRequest& request, const ConsoleOptions& console) {
+  RequireOneGuide(request.guide);
   const CaptureOptions options = OptionsFrom({}, request.options);
   const fs::path output = request.output.value_or(
       request.source.parent_path() / (request.source.stem().string() + "_matte.png"));

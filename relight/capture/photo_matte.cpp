@@ -36,21 +36,6 @@ auto Naming(const fs::path& file, const Body& body) {
   }
 }
 
-void RequireOneGuide(const MatteGuide& guide) {
-  const int given = static_cast<int>(guide.trimap.has_value()) +
-                    static_cast<int>(!guide.scribbles.empty()) +
-                    static_cast<int>(guide.refine.has_value()) +
-                    static_cast<int>(!guide.screen.empty());
-  if (given > 1) {
-    throw OptionError(
-        "--trimap, --scribbles, --refine and --screen say the same thing in four ways; "
-        "give one of them");
-  }
-  if (guide.automatic && given > 0 && guide.scribbles.empty()) {
-    throw OptionError("--automatic goes with --scribbles, or with nothing");
-  }
-}
-
 void FindTrimap(const Photo& photo,
                 const fs::path& file,
                 const cv::Mat1b& strokes,
@@ -76,6 +61,21 @@ void FindTrimap(const Photo& photo,
 }
 
 }  // namespace
+
+void RequireOneGuide(const MatteGuide& guide) {
+  const int given = static_cast<int>(guide.trimap.has_value()) +
+                    static_cast<int>(!guide.scribbles.empty()) +
+                    static_cast<int>(guide.refine.has_value()) +
+                    static_cast<int>(!guide.screen.empty());
+  if (given > 1) {
+    throw OptionError(
+        "--trimap, --scribbles, --refine and --screen say the same thing in four ways; "
+        "give one of them");
+  }
+  if (guide.automatic && given > 0 && guide.scribbles.empty()) {
+    throw OptionError("--automatic goes with --scribbles, or with nothing");
+  }
+}
 
 cv::Mat1b ReadStrokes(const std::vector<fs::path>& files, cv::Size size) {
   if (files.size() == 2) {

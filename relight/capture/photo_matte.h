@@ -79,6 +79,9 @@ struct MatteGuide {
   std::string screen;                           // As FindScreen takes it; empty: none.
 };
 
+// Throws OptionError when it says one thing in two ways.
+void RequireOneGuide(const MatteGuide& guide);
+
 struct PhotoMatte {
   cv::Mat1f alpha;
   std::string made_from;    // In words: "trimap.png", "the sky behind the tree".

@@ -251,7 +251,8 @@ class OddFiles(RelightCase):
         if shutil.which("oiiotool") is None:
             self.skipTest("oiiotool is not there")
         photo, bad = self.photo(60, 50), self.folder / "bad.exr"
-        subprocess.run(["oiiotool", str(photo), "--mulc", "1e38,1,1", "--mulc", "1e38,1,1", "-d", "float", "-o", str(bad)],
+        subprocess.run(["oiiotool", str(photo),
+                        "--mulc", "1e38,1,1", "--mulc", "1e38,1,1", "-d", "float", "-o", str(bad)],
                        check=True)
         trimap = self.trimaps("t.png", lambda x, y: ((0, 128, 255)[x // 20],))
         self.refused("matte", bad, "--trimap", trimap, names=["bad.exr", "NaN"])

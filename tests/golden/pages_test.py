@@ -59,7 +59,8 @@ class WrongUsage(RelightCase):
                 (("sky", "--place", "40,20", "--taken", "2011-07-22T12:00Z", "--turbidity", "99"),
                  ["turbidity", "99", "1.7"]),
                 (("info",), ["file", "relight info --help"]),
-                (("matte", "x.jpg", "--trimap", "t.png", "--screen", "auto"), ["--trimap", "--screen"]),
+                (("matte", "x.jpg", "--trimap", "t.png", "--screen", "auto"),
+                 ["--trimap", "--screen"]),
                 (("completion", "tcsh"), ["tcsh", "bash", "--help"]),
                 (("info", "x.jpg", "--threads", "-3"), ["--threads", "-3"])):
             with self.subTest(words):
