@@ -2,7 +2,6 @@
 #include "cli/verbs.h"
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
-#include "relight/cameras/colmap_text.h"
 #include "relight/capture/capture.h"
 #include "relight/photo/capture_time.h"
 #include "relight/photo/photo_facts.h"

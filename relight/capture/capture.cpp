@@ -5,7 +5,7 @@
 #include "relight/base/content_hash.h"
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
-#include "relight/cameras/colmap_text.h"
+#include "relight/cameras/colmap_model.h"
 #include "relight/cameras/view_name.h"
 #include "relight/capture/capture_folder.h"
 #include "relight/photo/photo_facts.h"
@@ -168,7 +168,7 @@ std::map<std::string, Camera> CamerasOf(const Capture& capture) {
                      ": no cameras yet; import them with: " + command);
   }
   std::map<std::string, Camera> cameras;
-  for (const NamedCamera& named : ReadColmapText(capture.folder / "cameras")) {
+  for (const NamedCamera& named : ReadColmap(capture.folder / "cameras").cameras) {
     const bool has_photo = std::any_of(
         capture.file.views.begin(), capture.file.views.end(), [&](const ViewEntry& view) {
           return view.name == named.view;
@@ -258,7 +258,7 @@ Capture InitCapture(const fs::path& folder, std::span<const fs::path> photos) {
 ImportSummary ImportColmap(const Capture& capture,
                            const fs::path& model,
                            bool matching_only) {
-  const std::vector<NamedCamera> all = ReadColmapText(model);
+  const std::vector<NamedCamera> all = ReadColmap(model).cameras;
   std::set<std::string> in_capture, in_model;
   for (const ViewEntry& view : capture.file.views) in_capture.insert(view.name);
   std::vector<std::string> without_photo, without_camera;
@@ -312,7 +312,7 @@ ImportSummary ImportColmap(const Capture& capture,
       }
     }
   }
-  WriteColmapText(MakeFolderOf(capture.folder, "cameras"), kept);
+  WriteColmap(MakeFolderOf(capture.folder, "cameras"), {.cameras = kept});
   return summary;
 }
 

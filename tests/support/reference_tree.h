@@ -5,7 +5,7 @@
 // apart from ours: reference/cabral2011 and data/TREE of the shared files.
 
 #include "relight/base/instant.h"
-#include "relight/cameras/colmap_text.h"
+#include "relight/cameras/colmap_model.h"
 #include "relight/photo/image_file.h"
 #include "relight/volume/extinction_grid.h"
 #include "relight/volume/footprint_opacity.h"
@@ -89,7 +89,7 @@ inline ReferenceTree ReadReferenceTree(const std::string& tree) {
   const nlohmann::json truth = ReadJson(data / "capture_truth.json");
   ReferenceTree result;
   result.grid = ReadReferenceVolume(SharedPath("reference/cabral2011/" + tree));
-  result.cameras = ReadColmapText(data / "sparse");
+  result.cameras = ReadColmap(data / "sparse").cameras;
   result.place = {truth.at("place").at("latitude").get<double>(),
                   truth.at("place").at("longitude").get<double>(),
                   truth.at("place").at("altitude_m").get<double>()};

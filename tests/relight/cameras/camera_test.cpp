@@ -19,12 +19,23 @@ Camera Skewed(const Lens& lens) {
   return camera;
 }
 
-// Lenses of each model: pinhole, SIMPLE_RADIAL, RADIAL, OPENCV, pincushion and barrel.
-const Lens kLenses[] = {{},
-                        {.k1 = -0.12},
-                        {.k1 = -0.2, .k2 = 0.05},
-                        {.k1 = 0.1, .k2 = 0.02, .p1 = 0.001, .p2 = -0.002},
-                        {.k1 = -0.25, .k2 = 0.08, .p1 = -0.003, .p2 = 0.002}};
+// Lenses of each model: pinhole, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV and
+// OPENCV_FISHEYE, pincushion and barrel.
+const Lens kLenses[] = {
+    {},
+    {.k1 = -0.12},
+    {.k1 = -0.2, .k2 = 0.05},
+    {.k1 = 0.1, .k2 = 0.02, .p1 = 0.001, .p2 = -0.002},
+    {.k1 = -0.25, .k2 = 0.08, .p1 = -0.003, .p2 = 0.002},
+    {.k1 = 0.3,
+     .k2 = -0.05,
+     .p1 = 0.001,
+     .p2 = -0.002,
+     .k3 = 0.02,
+     .k4 = 0.4,
+     .k5 = -0.1,
+     .k6 = 0.03},
+    {.k1 = -0.03, .k2 = 0.01, .k3 = -0.004, .k4 = 0.001, .model = LensModel::kFisheye}};
 
 TEST(Camera, ARayLeadsBackToItsPixel) {
   for (const Lens& lens : kLenses) {
@@ -75,6 +86,42 @@ TEST(Camera, DistortsAsTheFormulaSays) {
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->x(), 100 * x + 500, 1e-10);
   EXPECT_NEAR(seen->y(), 200 * y + 400, 1e-10);
+}
+
+// (C2) by hand: x = 0.3, y = 0.4, r = 0.5; and FULL_OPENCV's fraction at the same point.
+TEST(Camera, DistortsFisheyesAndFractionsAsTheFormulasSay) {
+  Camera camera;
+  camera.width_px = camera.height_px = 1000;
+  camera.focal_px = {100, 200};
+  camera.center_px = {500, 400};
+  camera.lens = {.k1 = 0.1, .k2 = -0.2, .k3 = 0.3, .k4 = -0.4};
+  camera.lens.model = LensModel::kFisheye;
+  const double t = std::atan(0.5), t2 = t * t;
+  const double angle =
+      t * (1 + 0.1 * t2 - 0.2 * t2 * t2 + 0.3 * std::pow(t, 6) - 0.4 * std::pow(t, 8));
+  auto seen = camera.Project({0.6, 0.8, 2.0});
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->x(), 100 * 0.3 * angle / 0.5 + 500, 1e-10);
+  EXPECT_NEAR(seen->y(), 200 * 0.4 * angle / 0.5 + 400, 1e-10);
+
+  camera.lens = {.k1 = 0.1, .k2 = 0.2, .k3 = 0.3, .k4 = 0.4, .k5 = 0.5, .k6 = 0.6};
+  const double q = (1 + 0.1 * 0.25 + 0.2 * 0.0625 + 0.3 * 0.015625) /
+                   (1 + 0.4 * 0.25 + 0.5 * 0.0625 + 0.6 * 0.015625);
+  seen = camera.Project({0.6, 0.8, 2.0});
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->x(), 100 * 0.3 * q + 500, 1e-10);
+  EXPECT_NEAR(seen->y(), 200 * 0.4 * q + 400, 1e-10);
+}
+
+// A barrel lens brings points from outside the picture back into it: they are not seen.
+TEST(Camera, DoesNotSeeWhereTheLensFoldsBack) {
+  Camera camera = Skewed({.k1 = -0.3});
+  camera.camera_from_world.setIdentity();
+  EXPECT_TRUE(camera.Project({0.5, 0, 1}));
+  EXPECT_FALSE(camera.Project({1.2, 0, 1}));  // x (1 - 0.3 x^2) falls beyond 1.05
+  camera.lens = {.k1 = -0.3, .model = LensModel::kFisheye};
+  EXPECT_TRUE(camera.Project({1, 0, 1}));
+  EXPECT_FALSE(camera.Project({3, 0, 1}));  // t (1 - 0.3 t^2) falls beyond t = 1.05
 }
 
 TEST(Camera, SeesNothingBehindItself) {
