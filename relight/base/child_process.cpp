@@ -4,6 +4,7 @@
 #include "relight/base/error.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -11,9 +12,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <system_error>
+#include <utility>
 
 namespace relight {
 namespace fs = std::filesystem;
@@ -45,6 +48,14 @@ ChildProcess::ChildProcess(const fs::path& program,
     throw InputError(program.string() + ": cannot be started: too many open files");
   }
   input_ = ends[0];
+  int out[2] = {-1, -1};
+  if (output == Output::kLines && pipe2(out, O_CLOEXEC) != 0) {
+    close(ends[0]);
+    close(ends[1]);
+    close(messages_);
+    throw InputError(program.string() + ": cannot be started: too many open files");
+  }
+  lines_ = out[0];
   const std::string own_name = program.string();
   std::vector<char*> words = {const_cast<char*>(own_name.c_str())};
   for (const std::string& a : arguments) words.push_back(const_cast<char*>(a.c_str()));
@@ -55,10 +66,13 @@ ChildProcess::ChildProcess(const fs::path& program,
   posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
   if (output == Output::kWithMessages) {
     posix_spawn_file_actions_adddup2(&files, messages_, STDOUT_FILENO);
+  } else if (output == Output::kLines) {
+    posix_spawn_file_actions_adddup2(&files, out[1], STDOUT_FILENO);
   } else {
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   }
-  posix_spawn_file_actions_adddup2(&files, messages_, STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(
+      &files, output == Output::kLines ? out[1] : messages_, STDERR_FILENO);
   posix_spawnattr_t how;
   posix_spawnattr_init(&how);
   posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP);
@@ -67,9 +81,11 @@ ChildProcess::ChildProcess(const fs::path& program,
   posix_spawnattr_destroy(&how);
   posix_spawn_file_actions_destroy(&files);
   close(ends[1]);
+  if (out[1] >= 0) close(out[1]);
   if (error != 0) {
     close(input_);
     close(messages_);
+    if (lines_ >= 0) close(lines_);
     throw InputError(own_name +
                      ": cannot be started: " + std::generic_category().message(error));
   }
@@ -78,6 +94,7 @@ ChildProcess::ChildProcess(const fs::path& program,
 ChildProcess::~ChildProcess() {
   if (input_ >= 0) close(input_);
   if (messages_ >= 0) close(messages_);
+  if (lines_ >= 0) close(lines_);
   if (process_ > 0) {
     kill(process_, SIGKILL);
     while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
@@ -93,6 +110,33 @@ bool ChildProcess::Write(std::string_view bytes) {
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
   return true;
+}
+
+std::optional<std::string> ChildProcess::NextLine(std::chrono::milliseconds patience) {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    const std::size_t end = unread_.find_first_of("\n\r");
+    if (end != std::string::npos) {
+      std::string line = unread_.substr(0, end);
+      unread_.erase(0, end + 1);
+      return line;
+    }
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+        until - std::chrono::steady_clock::now());
+    pollfd ready{lines_, POLLIN, 0};
+    const int count = poll(&ready, 1, static_cast<int>(std::max<long>(0, left.count())));
+    if (count < 0 && errno == EINTR) continue;
+    if (count == 0) return "";
+    char text[4096];
+    const ssize_t size = read(lines_, text, sizeof text);
+    if (size < 0 && errno == EINTR) continue;
+    if (size > 0) {
+      unread_.append(text, static_cast<std::size_t>(size));
+      continue;
+    }
+    if (unread_.empty()) return {};
+    return std::exchange(unread_, {});
+  }
 }
 
 bool ChildProcess::Finish(std::string* messages) {

@@ -5,6 +5,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -21,7 +22,8 @@ std::optional<std::filesystem::path> FindProgram(const std::string& name);
 // Finish.
 class ChildProcess {
  public:
-  enum class Output { kDropped, kWithMessages };
+  // kLines: both its outputs are read with NextLine.
+  enum class Output { kDropped, kWithMessages, kLines };
 
   // `arguments` without the program's own name; `output`: what becomes of its standard
   // output. Throws InputError when it cannot start.
@@ -35,6 +37,10 @@ class ChildProcess {
   // False when the program reads no more, mostly because it has ended.
   bool Write(std::string_view bytes);
 
+  // Of Output::kLines: the next line that it printed, without its end. Empty when none
+  // has come within `patience`; nothing when no more will come.
+  std::optional<std::string> NextLine(std::chrono::milliseconds patience);
+
   // Ends the input and waits. What it printed on standard error, at most some lines, is
   // in `messages`. True when it ended well.
   bool Finish(std::string* messages);
@@ -43,6 +49,8 @@ class ChildProcess {
   pid_t process_ = -1;
   int input_ = -1;     // Our end of its standard input.
   int messages_ = -1;  // A file in memory.
+  int lines_ = -1;     // Our end of its outputs.
+  std::string unread_ = {};
 };
 
 }  // namespace relight
