@@ -1,62 +1,231 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cli/flags.h"
 #include "cli/verbs.h"
+#include "relight/base/angles.h"
 #include "relight/base/error.h"
-#include "relight/capture/capture.h"
+#include "relight/cameras/colmap_model.h"
+#include "relight/capture/capture_cameras.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <vector>
 
 namespace relight::cli {
 namespace {
+namespace fs = std::filesystem;
+using nlohmann::json;
 
-struct CamerasRequest {
-  std::filesystem::path folder;
-  std::vector<std::string> import;  // FORMAT PATH
-  bool matching_only = false;
+struct CamerasVerb {
+  fs::path source;
+  std::vector<std::string> import;     // [FORMAT] PATH
+  std::vector<std::string> export_to;  // FORMAT PATH
+  CamerasRequest request;
+  std::map<std::string, std::string> georeference, colmap;
+  bool as_json = false;
 };
 
-int RunVerb(const CamerasRequest& request, const ConsoleOptions& console) {
-  if (request.import[0] != "colmap") {
-    throw OptionError(
-        "--import reads the format colmap (a text model: cameras.txt, images.txt), "
-        "got \"" +
-        request.import[0] + "\"");
+// How the frame is known and how sure, a line each.
+void SayFrame(const CamerasSummary& summary, const ConsoleOptions& console) {
+  if (!summary.georeference) return;
+  const Georeference& found = *summary.georeference;
+  const auto sure_deg = [](double error_rad) { return DegFromRad(error_rad); };
+  if (found.kept_frame) {
+    Say(console, fmt::format("frame: kept, for it agrees with {}", found.north_from));
+  } else {
+    Say(console,
+        fmt::format("north: from {}, sure to {:.1f} deg",
+                    found.north_from,
+                    sure_deg(found.north_error_rad)));
+    Say(console,
+        fmt::format("up: from {}, sure to {:.1f} deg",
+                    found.up_from,
+                    sure_deg(found.up_error_rad)));
+    Say(console,
+        fmt::format("scale: from {}, sure to {:.1f} %",
+                    found.scale_from,
+                    100 * found.scale_error));
   }
-  const Capture capture = OpenCapture(request.folder);
-  const ImportSummary summary =
-      ImportColmap(capture, request.import[1], request.matching_only);
-  SayAll(console, summary.notes);
+  for (const ViewResidual& view : found.residuals) {
+    if (!view.gps_m && !view.compass_rad) continue;
+    std::string text = "  " + view.view + ":";
+    if (view.gps_m) text += fmt::format(" GPS {:.1f} m off", *view.gps_m);
+    if (view.compass_rad) {
+      text += fmt::format("{} compass {:+.1f} deg off",
+                          view.gps_m ? "," : "",
+                          DegFromRad(*view.compass_rad));
+    }
+    if (view.gps_is_outlier || view.compass_is_outlier) text += " (left out)";
+    Say(console, text);
+  }
+}
+
+json JsonOf(const CamerasSummary& summary, const fs::path& folder) {
+  json j = {{"folder", folder.string()},
+            {"made_by", summary.made_by},
+            {"views", json::array()},
+            {"missing", summary.missing},
+            {"notes", summary.notes},
+            {"ground",
+             {{"from", summary.tree.ground_from},
+              {"z_m", summary.tree.foot.z()},
+              {"error_m", summary.tree.ground_error_m},
+              {"slope_deg", DegFromRad(summary.tree.slope_rad)}}}};
+  for (const auto& [view, camera] : summary.scene.cameras) {
+    const Eigen::Vector3d eye = camera.PositionInWorld();
+    j["views"].push_back(
+        {{"view", view},
+         {"position_m", {eye.x(), eye.y(), eye.z()}},
+         {"heading_deg", DegFromRad(AzimuthOf(camera.ForwardInWorld()))},
+         {"elevation_deg", DegFromRad(ElevationOf(camera.ForwardInWorld()))}});
+  }
+  if (const auto& origin = summary.scene.enu_origin) {
+    j["origin"] = {origin->latitude_deg, origin->longitude_deg, origin->altitude_m};
+  }
+  if (const auto& found = summary.georeference) {
+    j["kept_frame"] = found->kept_frame;
+    j["north"] = {{"from", found->north_from},
+                  {"error_deg", DegFromRad(found->north_error_rad)}};
+    j["up"] = {{"from", found->up_from}, {"error_deg", DegFromRad(found->up_error_rad)}};
+    j["scale"] = {{"from", found->scale_from}, {"error", found->scale_error}};
+    for (const ViewResidual& view : found->residuals) {
+      json r = {{"view", view.view}};
+      if (view.gps_m) r["gps_m"] = *view.gps_m;
+      if (view.compass_rad) r["compass_deg"] = DegFromRad(*view.compass_rad);
+      r["left_out"] = view.gps_is_outlier || view.compass_is_outlier;
+      j["residuals"].push_back(r);
+    }
+  }
+  return j;
+}
+
+void Export(const std::vector<std::string>& to,
+            const CalibratedScene& scene,
+            const ConsoleOptions& console) {
+  if (to[0] != "colmap") {
+    throw OptionError("--export writes colmap, got \"" + to[0] + "\"");
+  }
+  WriteColmap(to[1], scene);
+  Say(console, "exported to " + to[1]);
+}
+
+int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
+  CamerasRequest& request = verb.request;
+  for (const auto& [name, text] : verb.georeference) {
+    SetField(request.georeference, name, text);
+  }
+  for (const auto& [name, text] : verb.colmap) SetField(request.colmap, name, text);
+  CheckFields(request.georeference);
+  CheckFields(request.colmap);
+  if (!verb.import.empty()) {
+    request.import = verb.import.back();
+    if (verb.import.size() == 2) request.import_format = verb.import.front();
+  }
+  const Capture capture = OpenCapture(verb.source);
+  const fs::path folder = verb.source / "cameras";
+
+  // Only written elsewhere, when there are cameras and nothing asks for others
+  const bool only_export =
+      !verb.export_to.empty() && !request.import && fs::exists(folder / "images.txt");
+  if (only_export) {
+    Export(verb.export_to, SceneOf(capture), console);
+    if (!console.quiet) fmt::print("{}\n", verb.export_to[1]);
+    return 0;
+  }
+
+  const CamerasPlan plan = PlanCameras(capture, request);
+  if (plan.expected_s > 0) {
+    const double minutes = plan.expected_s / 60;
+    Say(console,
+        minutes < 1.5 ? fmt::format("{}, about {:.0f} s", plan.what, plan.expected_s)
+                      : fmt::format("{}, about {:.0f} min", plan.what, minutes));
+  }
+  const CamerasSummary summary =
+      MakeCameras(capture, request, ShowProgress(console, "cameras", plan.expected_s));
+  if (!verb.export_to.empty()) Export(verb.export_to, summary.scene, console);
+
   Say(console,
-      fmt::format("{} cameras of {} photos; their world is taken as east, north, up in "
-                  "metres with the tree's foot near the origin",
-                  summary.views.size(),
+      fmt::format("{} cameras of {} photos",
+                  summary.scene.cameras.size(),
                   capture.file.views.size()));
-  if (!console.quiet) fmt::print("{}\n", (request.folder / "cameras").string());
+  SayFrame(summary, console);
+  Say(console,
+      fmt::format(
+          "ground: z = {:.2f} m from {}{}",
+          summary.tree.foot.z(),
+          summary.tree.ground_from,
+          summary.tree.slope_rad > RadFromDeg(3)
+              ? fmt::format(", {:.0f} deg steep; shadows are cast on level ground",
+                            DegFromRad(summary.tree.slope_rad))
+              : ""));
+  SayAll(console, summary.notes);
+  if (verb.as_json) {
+    fmt::print("{}\n", JsonOf(summary, folder).dump(1));
+  } else if (!console.quiet) {
+    fmt::print("{}\n", folder.string());
+  }
   return 0;
 }
 
 }  // namespace
 
 Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
-  CLI::App* app =
-      program.add_subcommand("cameras", "Give the photos of a capture their cameras");
-  auto request = std::make_shared<CamerasRequest>();
-  app->add_option("folder", request->folder, "capture folder")
-      ->required()
-      ->type_name("DIR");
+  CLI::App* app = program.add_subcommand(
+      "cameras", "Find the cameras of a capture's photos, or import them");
+  auto verb = std::make_shared<CamerasVerb>();
+  app->add_option("source", verb->source, "capture folder")->required()->type_name("DIR");
   app->add_option("--import",
-                  request->import,
-                  "colmap and the folder of a text model (cameras.txt, images.txt)")
-      ->required()
+                  verb->import,
+                  "cameras that another program found, in place of running COLMAP")
+      ->expected(1, 2)
+      ->type_name("[FORMAT] PATH");
+  app->add_option("--export",
+                  verb->export_to,
+                  "write the cameras for another program, too: colmap PATH")
       ->expected(2)
       ->type_name("FORMAT PATH");
   app->add_flag("--matching-only",
-                request->matching_only,
+                verb->request.matching_only,
                 "leave out cameras without photo and photos without camera");
-  return {app, [request, &console] { return RunVerb(*request, console); }};
+  app->add_flag("--json", verb->as_json, "what was found, for machines");
+
+  const char* frame = "Where on Earth";
+  app->add_flag("--keep-frame",
+                verb->request.keep_frame,
+                "the model's world is east, north, up in metres already")
+      ->group(frame);
+  app->add_option(
+         "--heading", verb->request.heading, "a view looks there: VIEW=210, VIEW=SW")
+      ->type_name("VIEW=DEG")
+      ->group(frame);
+  app->add_option("--up", verb->request.up, "which way is up, in the model's own frame")
+      ->type_name("X,Y,Z")
+      ->group(frame);
+  app->add_option("--scale-from",
+                  verb->request.scale_from,
+                  "two views, and how far apart they were taken")
+      ->expected(3)
+      ->type_name("VIEW VIEW M")
+      ->group(frame);
+  app->add_option("--north-from-shadow",
+                  verb->request.north_from_shadow,
+                  "a view, and foot and tip of an upright thing's shadow in it [px]: "
+                  "north by time and place")
+      ->expected(3)
+      ->type_name("VIEW x1,y1 x2,y2")
+      ->group(frame);
+  app->add_option("--foot",
+                  verb->request.foot,
+                  "the tree's foot in the world that comes out, to be its origin [m]")
+      ->type_name("X,Y,Z")
+      ->group(frame);
+  AddFlags(*app, GeoreferenceOptions(), frame, verb->georeference);
+  AddFlags(*app, ColmapOptions(), "COLMAP", verb->colmap);
+  return {app, [verb, &console] { return RunVerb(*verb, console); }};
 }
 
 }  // namespace relight::cli

@@ -85,8 +85,7 @@ json OfCapture(const fs::path& folder) {
   if (posed) {
     cameras = CamerasOf(capture);
   } else {
-    lacks.push_back("cameras: relight cameras " + folder.string() +
-                    " --import colmap FOLDER");
+    lacks.push_back("cameras: relight cameras " + folder.string());
   }
   int without_matte = 0;
   for (const ViewEntry& view : capture.file.views) {

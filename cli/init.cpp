@@ -40,7 +40,7 @@ int RunVerb(const InitRequest& request, const ConsoleOptions& console) {
   const std::string folder = request.folder.string();
   if (!std::filesystem::exists(request.folder / "cameras" / "images.txt") &&
       capture.file.views.size() > 1) {
-    Say(console, "no cameras yet: relight cameras " + folder + " --import colmap FOLDER");
+    Say(console, "no cameras yet: relight cameras " + folder + " finds them");
   }
   Say(console,
       "which pixels are tree: put a matte of each photo's size into " +

@@ -130,4 +130,29 @@ Camera Camera::Resized(int width, int height) const {
   return resized;
 }
 
+Camera Camera::Upright(int orientation) const {
+  // Quarter turns clockwise: x' = H - y, y' = x for one
+  const int turns = orientation == 6   ? 1
+                    : orientation == 3 ? 2
+                    : orientation == 8 ? 3
+                                       : 0;
+  Camera upright = *this;
+  for (int turn = 0; turn < turns; ++turn) {
+    const Camera before = upright;
+    Eigen::Matrix3d by;
+    by << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    upright.camera_from_world.linear() = by * before.camera_from_world.linear();
+    upright.camera_from_world.translation() = by * before.camera_from_world.translation();
+    std::swap(upright.width_px, upright.height_px);
+    upright.focal_px = {before.focal_px.y(), before.focal_px.x()};
+    upright.center_px = {before.height_px - before.center_px.y(), before.center_px.x()};
+    // (p2, p1) of (C1) is a vector of the picture, and turns with it
+    if (upright.lens.model == LensModel::kBrown) {
+      upright.lens.p2 = -before.lens.p1;
+      upright.lens.p1 = before.lens.p2;
+    }
+  }
+  return upright;
+}
+
 }  // namespace relight

@@ -57,6 +57,9 @@ struct Camera {
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world) const;
   // The same camera for the photo resized to `width` x `height`.
   Camera Resized(int width, int height) const;
+  // The same camera for the stored picture turned upright by its EXIF orientation: 3, 6
+  // and 8 turn, 1 does not; mirrored ones (2, 4, 5, 7) no camera writes.
+  Camera Upright(int orientation) const;
 };
 
 // A ray in the world, for many pixels of one camera: nothing but products inside.

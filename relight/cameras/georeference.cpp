@@ -512,7 +512,7 @@ Georeference FindGeoreference(const CalibratedScene& scene,
     return std::count_if(
         clues.begin(), clues.end(), [](const auto& clue) { return clue.has_value(); });
   };
-  const bool is_judged = known(problem.gps()) >= 3 || known(problem.compass()) >= 3;
+  const bool is_judged = known(problem.gps()) + known(problem.compass()) >= 3;
   const bool keeps = is_judged && 2 * (problem.Cost(own) - best.cost) < kChiSquared;
 
   for (int round = 0; round < 3; ++round) {
@@ -536,6 +536,7 @@ Georeference FindGeoreference(const CalibratedScene& scene,
 
   // What told it, and what it does not believe
   int places = 0, compasses = 0;
+  std::vector<std::string> wrong_places, wrong_compasses;
   for (std::size_t i = 0; i < problem.size(); ++i) {
     ViewResidual view;
     view.view = problem.views()[i];
@@ -552,20 +553,26 @@ Georeference FindGeoreference(const CalibratedScene& scene,
           std::abs(*view.compass_rad) > kTukey * problem.sigma()[kCompass];
       compasses += !view.compass_is_outlier;
     }
-    std::ostringstream note;
-    note.precision(3);
+    std::ostringstream off;
+    off.precision(3);
     if (view.gps_is_outlier) {
-      note << view.view << ": its GPS place is " << *view.gps_m
-           << " m from its camera; it is left out";
-      result.notes.push_back(note.str());
-      note.str("");
+      off << view.view << " (" << *view.gps_m << " m)";
+      wrong_places.push_back(off.str());
+      off.str("");
     }
     if (view.compass_is_outlier) {
-      note << view.view << ": its compass is " << DegFromRad(*view.compass_rad)
-           << " deg off its camera; it is left out";
-      result.notes.push_back(note.str());
+      off << view.view << " (" << DegFromRad(*view.compass_rad) << " deg)";
+      wrong_compasses.push_back(off.str());
     }
     result.residuals.push_back(view);
+  }
+  if (!wrong_places.empty()) {
+    result.notes.push_back("GPS places that are far from their cameras are left out: " +
+                           Listed(wrong_places));
+  }
+  if (!wrong_compasses.empty()) {
+    result.notes.push_back("compasses that disagree with their cameras are left out: " +
+                           Listed(wrong_compasses));
   }
   const bool baseline = places >= 2;
   std::vector<std::string> north, scale;

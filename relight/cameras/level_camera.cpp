@@ -4,13 +4,19 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace relight {
 
 double FocalPixelsFrom35mm(double focal_35mm_mm, int width_px, int height_px) {
   constexpr double kFullFrameDiagonal_mm = 43.266615305567875;  // hypot(36, 24)
-  return focal_35mm_mm * std::hypot(width_px, height_px) / kFullFrameDiagonal_mm;
+  const double wide = std::max(width_px, height_px),
+               narrow = std::min(width_px, height_px);
+  const double diagonal_px = wide > 1.6 * narrow   ? 5.0 / 4 * wide
+                             : wide < 1.2 * narrow ? 5.0 / 3 * narrow
+                                                   : std::hypot(wide, narrow);
+  return focal_35mm_mm * diagonal_px / kFullFrameDiagonal_mm;
 }
 
 LevelCamera MakeLevelCamera(int width_px,

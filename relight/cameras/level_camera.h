@@ -14,7 +14,9 @@ namespace relight {
 inline constexpr double kPhoneFocal35mm_mm = 26.0;
 
 // Focal length in pixels from the 35 mm equivalent, which is defined by the diagonal
-// (43.27 mm) of the frame (CIPA DCG-001).
+// (43.27 mm) of the frame (CIPA DCG-001). A picture wider than 8:5 is taken to be a 4:3
+// frame whose long edges were cut off, as phones and drones do it, and one squarer than
+// 6:5 one whose short edges were: their equivalent is that of the whole frame.
 double FocalPixelsFrom35mm(double focal_35mm_mm, int width_px, int height_px);
 
 struct LevelCameraOptions {

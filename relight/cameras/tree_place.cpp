@@ -170,6 +170,7 @@ TreePlace FindTreePlace(const CalibratedScene& scene) {
   const Eigen::Vector3d middle = MeanPosition(scene);
   const auto looked_at = LookedAt(scene);
   place.foot = looked_at.value_or(middle);
+  place.is_looked_at = looked_at.has_value();
   place.axes_error_m = looked_at ? MedianOf(AxisDistances(scene, *looked_at)) : 0;
 
   std::vector<double> distances, eyes;

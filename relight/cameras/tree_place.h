@@ -23,15 +23,16 @@ inline constexpr double kEyeHeight_m = 1.6;
 
 struct TreePlace {
   Eigen::Vector3d foot = Eigen::Vector3d::Zero();  // On the ground.
-  double axes_error_m = 0.0;  // How far the view axes pass by, in the median.
+  bool is_looked_at = false;                       // The cameras look at one place.
+  double axes_error_m = 0.0;  // How far their axes pass by it, in the median.
   int ground_points = 0;      // That lie on the ground; 0: it was not seen.
   double ground_error_m = 0.0;
   double slope_rad = 0.0;
   std::string ground_from;  // "1203 points", "eye height".
 };
 
-// Nothing when cameras look in parallel or past each other, as from a drone over a park:
-// then `foot` is below their middle. Never throws.
+// Where cameras look in parallel or past each other, as from a drone over a park, `foot`
+// is below their middle. Never throws.
 TreePlace FindTreePlace(const CalibratedScene& scene);
 
 }  // namespace relight

@@ -161,11 +161,11 @@ std::optional<fs::path> FileOfView(const Capture& capture,
 }
 
 std::map<std::string, Camera> CamerasOf(const Capture& capture) {
-  const std::string command = "relight cameras " + capture.folder.string() +
-                              " --import colmap FOLDER_OF_THE_MODEL";
   if (!fs::exists(capture.folder / "cameras" / "images.txt")) {
-    throw InputError(capture.folder.string() +
-                     ": no cameras yet; import them with: " + command);
+    const std::string command = "relight cameras " + capture.folder.string();
+    throw InputError(capture.folder.string() + ": no cameras yet; find them with: " +
+                     command + "\nor import what another program found: " + command +
+                     " --import PATH");
   }
   std::map<std::string, Camera> cameras;
   for (const NamedCamera& named : ReadColmap(capture.folder / "cameras").cameras) {
@@ -178,7 +178,7 @@ std::map<std::string, Camera> CamerasOf(const Capture& capture) {
           (capture.folder / "cameras" / "images.txt").string() + ": camera \"" +
           named.view +
           "\" has no photo in capture.toml; add the photo with \"relight init\", or "
-          "import again with --matching-only");
+          "make the cameras again with \"relight cameras\"");
     }
     cameras[named.view] = named.camera;
   }
@@ -253,67 +253,6 @@ Capture InitCapture(const fs::path& folder, std::span<const fs::path> photos) {
                  fs::exists(toml) ? ReadText(toml) + ViewsText(added)
                                   : CaptureFileText(capture.file));
   return capture;
-}
-
-ImportSummary ImportColmap(const Capture& capture,
-                           const fs::path& model,
-                           bool matching_only) {
-  const std::vector<NamedCamera> all = ReadColmap(model).cameras;
-  std::set<std::string> in_capture, in_model;
-  for (const ViewEntry& view : capture.file.views) in_capture.insert(view.name);
-  std::vector<std::string> without_photo, without_camera;
-  std::vector<NamedCamera> kept;
-  for (const NamedCamera& named : all) {
-    in_model.insert(named.view);
-    if (in_capture.contains(named.view)) {
-      kept.push_back(named);
-    } else {
-      without_photo.push_back(named.view);
-    }
-  }
-  for (const std::string& view : in_capture) {
-    if (!in_model.contains(view)) without_camera.push_back(view);
-  }
-  if (!matching_only && (!without_photo.empty() || !without_camera.empty())) {
-    std::string what;
-    if (!without_photo.empty()) {
-      what += "cameras without a photo in the capture: " + Listed(without_photo);
-    }
-    if (!without_camera.empty()) {
-      what += (what.empty() ? "" : "; ") +
-              std::string("photos without a camera in the model: ") +
-              Listed(without_camera);
-    }
-    throw InputError(
-        model.string() + ": " + what +
-        "; add what is missing, or take only those that match with --matching-only");
-  }
-  if (kept.empty()) {
-    throw InputError(model.string() + ": none of its images has the name of a photo in " +
-                     capture.folder.string() + " (extensions do not count)");
-  }
-  ImportSummary summary;
-  for (const NamedCamera& named : kept) {
-    summary.views.push_back(named.view);
-
-    // A model that is not in ENU shows in the photos' own compass
-    const PhotoFacts facts =
-        ReadPhotoFacts(capture.PhotoOf(FindView(capture, named.view)));
-    if (facts.heading_deg && !facts.heading_is_magnetic) {
-      const double heading_deg = DegFromRad(AzimuthOf(named.camera.ForwardInWorld()));
-      const double apart_deg = std::abs(WrapDeg180(heading_deg - *facts.heading_deg));
-      if (apart_deg > 15) {
-        std::ostringstream note;
-        note.precision(3);
-        note << named.view << ": the camera looks to " << heading_deg
-             << " deg, the photo's compass says " << *facts.heading_deg
-             << " deg; is the model's world east, north, up in metres?";
-        summary.notes.push_back(note.str());
-      }
-    }
-  }
-  WriteColmap(MakeFolderOf(capture.folder, "cameras"), {.cameras = kept});
-  return summary;
 }
 
 }  // namespace relight

@@ -81,8 +81,8 @@ std::optional<std::filesystem::path> FileOfView(const Capture& capture,
                                                 const std::string& subfolder,
                                                 const std::string& view);
 
-// Cameras of all views, from cameras/. Throws InputError: none there (import them), a
-// camera without photo, a photo without camera; each with the command that mends it.
+// Cameras of the views that have one, from cameras/. Throws InputError: none there (make
+// them), a camera without photo; each with the command that mends it.
 std::map<std::string, Camera> CamerasOf(const Capture& capture);
 
 // Makes or completes the capture in `folder` from photos (files, or folders of them):
@@ -91,17 +91,5 @@ std::map<std::string, Camera> CamerasOf(const Capture& capture);
 // or already in photos/), a result of relight.
 Capture InitCapture(const std::filesystem::path& folder,
                     std::span<const std::filesystem::path> photos);
-
-// Imports a COLMAP text model: its cameras for the capture's photos, matched by name
-// without extension, go to cameras/. With `matching_only` cameras without photo and
-// photos without camera are left out; else they are an InputError. Answers the views that
-// have one.
-struct ImportSummary {
-  std::vector<std::string> views;
-  std::vector<std::string> notes;  // Headings that disagree with EXIF, and so on.
-};
-ImportSummary ImportColmap(const Capture& capture,
-                           const std::filesystem::path& model,
-                           bool matching_only);
 
 }  // namespace relight

@@ -93,6 +93,7 @@ class FactsReader {
     const cv::Size size = UprightSize(file_.size(), file_.orientation());
     facts_.width = size.width;
     facts_.height = size.height;
+    facts_.orientation = file_.orientation();
     ReadTime();
     ReadGpsTime();
     ReadPlace();
@@ -186,7 +187,7 @@ class FactsReader {
 
   void ReadHeading() {
     const auto heading = Number("GPS:ImgDirection");
-    if (!heading) return;
+    if (!heading) return ReadGimbal();
     if (!std::isfinite(*heading) || *heading < 0.0 || *heading > 360.0) {
       Unusable("The heading", std::to_string(*heading));
       return;
@@ -200,6 +201,13 @@ class FactsReader {
           "taken "
           "as true.");
     }
+  }
+
+  // Drones of one maker say it in XMP, from true north, in (-180, 180].
+  void ReadGimbal() {
+    const auto yaw = Number("drone-dji:GimbalYawDegree");
+    if (!yaw || !std::isfinite(*yaw) || std::abs(*yaw) > 360) return;
+    facts_.heading_deg = std::fmod(*yaw + 720, 360.0);
   }
 
   void ReadLens() {

@@ -21,15 +21,17 @@ struct PhotoFacts {
   std::string file;  // As given; for messages.
   int width = 0;     // px, upright.
   int height = 0;
+  int orientation = 1;  // 1 to 8, as in EXIF: how the stored picture is turned upright.
 
   std::optional<WallClock> local_time;         // DateTimeOriginal, with sub-seconds.
   std::optional<std::chrono::minutes> offset;  // OffsetTimeOriginal: local minus UTC.
   std::optional<Instant> gps_time;             // GPSDateStamp and GPSTimeStamp.
 
-  std::optional<Place> place;         // GPSLatitude, GPSLongitude, GPSAltitude.
-  std::optional<double> heading_deg;  // GPSImgDirection, [0, 360), clockwise from north.
-  bool heading_is_magnetic = false;   // Else from true north.
-  std::optional<double> focal_mm;     // FocalLength.
+  std::optional<Place> place;  // GPSLatitude, GPSLongitude, GPSAltitude.
+  // GPSImgDirection, or a drone's gimbal yaw; [0, 360), clockwise from north.
+  std::optional<double> heading_deg;
+  bool heading_is_magnetic = false;     // Else from true north.
+  std::optional<double> focal_mm;       // FocalLength.
   std::optional<double> focal_35mm_mm;  // FocalLengthIn35mmFilm.
 
   std::string make, model, software, description;

@@ -206,7 +206,7 @@ class BadCaptures(RelightCase):
 
     def test_no_cameras(self):
         shutil.rmtree(self.capture / "cameras")
-        self.refuse("no cameras yet", "relight cameras", "--import colmap")
+        self.refuse("no cameras yet", "relight cameras", "--import PATH")
 
     def test_matte_of_another_size(self):
         write_png(self.capture / "mattes" / "view_00.png", 48, 60, 1, lambda x, y: (255,))

@@ -139,6 +139,31 @@ TEST(Camera, TheMiddleOfThePhotoLooksForward) {
   EXPECT_TRUE(camera.PositionInWorld().isApprox(Eigen::Vector3d(7, -9, 2), 1e-12));
 }
 
+// A stored pixel and its place in the upright picture see along one ray.
+TEST(Camera, KeepsItsRaysWhenThePhotoIsTurnedUpright) {
+  for (const Lens& lens : kLenses) {
+    const Camera stored = Skewed(lens);
+    for (const int orientation : {1, 3, 6, 8}) {
+      const Camera upright = stored.Upright(orientation);
+      const bool lies = orientation == 6 || orientation == 8;
+      EXPECT_EQ(upright.width_px, lies ? 900 : 1200);
+      EXPECT_EQ(upright.height_px, lies ? 1200 : 900);
+      EXPECT_NEAR(upright.camera_from_world.linear().determinant(), 1, 1e-12);
+      for (const Eigen::Vector2d& at : {Eigen::Vector2d(0.5, 0.5),
+                                        Eigen::Vector2d(1199.5, 0.5),
+                                        Eigen::Vector2d(333.3, 777.7)}) {
+        const Eigen::Vector2d there =
+            orientation == 3   ? Eigen::Vector2d(1200, 900) - at
+            : orientation == 6 ? Eigen::Vector2d(900 - at.y(), at.x())
+            : orientation == 8 ? Eigen::Vector2d(at.y(), 1200 - at.x())
+                               : at;
+        EXPECT_LT(AngleBetween(upright.RayInWorld(there), stored.RayInWorld(at)), 1e-10)
+            << orientation;
+      }
+    }
+  }
+}
+
 // Docs: pixel (0, 0) is centred at (0.5, 0.5), so that sizes scale positions.
 TEST(Camera, KeepsItsRaysWhenThePhotoIsResized) {
   for (const Lens& lens : kLenses) {

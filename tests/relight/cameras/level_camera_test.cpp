@@ -80,6 +80,13 @@ TEST(LevelCamera, FocalLengthFromTheEquivalent) {
   EXPECT_NEAR(FocalPixelsFrom35mm(kPhoneFocal35mm_mm, 4000, 3000),
               26 * 5000 / std::hypot(36, 24),
               1e-9);
+  // 16:9 and a square, cut from 4:3: the lens sees the same in the same pixels
+  EXPECT_NEAR(
+      FocalPixelsFrom35mm(26, 4000, 2250), FocalPixelsFrom35mm(26, 4000, 3000), 1e-9);
+  EXPECT_NEAR(
+      FocalPixelsFrom35mm(26, 2250, 4000), FocalPixelsFrom35mm(26, 4000, 3000), 1e-9);
+  EXPECT_NEAR(
+      FocalPixelsFrom35mm(26, 3000, 3000), FocalPixelsFrom35mm(26, 4000, 3000), 1e-9);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "relight/capture/capture.h"
+#include "relight/capture/capture_cameras.h"
 
 #include "relight/base/error.h"
 #include "tests/relight/capture/temporary_folder.h"
@@ -114,14 +114,18 @@ TEST_F(CaptureTest, InitTakesNoTwoPhotosOfOneName) {
 
 TEST_F(CaptureTest, ImportTellsWhatDoesNotMatch) {
   const Capture capture = Init({Photo("view_00"), Photo("view_05")});
+  CamerasRequest request;
+  request.import = kSample / "cameras";
   const std::string message =
-      MessageOf<InputError>([&] { ImportColmap(capture, kSample / "cameras", false); });
+      MessageOf<InputError>([&] { MakeCameras(capture, request); });
   EXPECT_TRUE(Holds(message, "cameras without a photo in the capture: view_01"))
       << message;
   EXPECT_TRUE(Holds(message, "--matching-only")) << message;
   EXPECT_FALSE(fs::exists(folder_ / "c" / "cameras"));
-  const ImportSummary summary = ImportColmap(capture, kSample / "cameras", true);
-  EXPECT_EQ(summary.views, (std::vector<std::string>{"view_00", "view_05"}));
+  request.matching_only = true;
+  const CamerasSummary summary = MakeCameras(capture, request);
+  EXPECT_TRUE(summary.georeference && summary.georeference->kept_frame);
+  EXPECT_TRUE(summary.missing.empty());
   const auto all = CamerasOf(OpenCapture(kSample)), kept = CamerasOf(capture);
   ASSERT_EQ(kept.size(), 2u);
   for (const auto& [name, camera] : kept) {
@@ -132,8 +136,7 @@ TEST_F(CaptureTest, ImportTellsWhatDoesNotMatch) {
 
 TEST_F(CaptureTest, CamerasThatDoNotFitAreSaid) {
   const Capture capture = Init({Photo("view_00")});
-  EXPECT_TRUE(
-      Holds(MessageOf<InputError>([&] { CamerasOf(capture); }), "--import colmap"));
+  EXPECT_TRUE(Holds(MessageOf<InputError>([&] { CamerasOf(capture); }), "--import PATH"));
   fs::copy(kSample / "cameras", folder_ / "c" / "cameras");
   const std::string message = MessageOf<InputError>([&] { CamerasOf(capture); });
   EXPECT_TRUE(Holds(message, "has no photo in capture.toml")) << message;

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Cameras of a capture: found by COLMAP or imported, put on the Earth, and kept as a
+// COLMAP text model in cameras/ with cameras/frame.json, which says how its frame is
+// known.
+
+#include "relight/base/progress.h"
+#include "relight/cameras/georeference.h"
+#include "relight/cameras/run_colmap.h"
+#include "relight/cameras/tree_place.h"
+#include "relight/capture/capture.h"
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relight {
+
+// As on the command line.
+struct CamerasRequest {
+  std::optional<std::filesystem::path> import;  // Left out: COLMAP is run.
+  std::string import_format;                    // Empty: guessed.
+  bool matching_only = false;  // Leave out what is only in the model or the capture.
+  bool keep_frame = false;     // Its world is east, north, up in metres already.
+  std::optional<std::string> heading;          // "VIEW=DEG", or "DEG" of the first view.
+  std::optional<std::string> up;               // "X,Y,Z" in the model's own frame.
+  std::vector<std::string> scale_from;         // VIEW, VIEW, LENGTH_m.
+  std::vector<std::string> north_from_shadow;  // VIEW, "x1,y1", "x2,y2".
+  std::optional<std::string> foot;  // "X,Y,Z" of the tree's foot in the world that
+                                    // comes out, to be made its origin.
+  GeoreferenceOptions georeference;
+  ColmapOptions colmap;
+};
+
+struct CamerasSummary {
+  CalibratedScene scene;  // As written: ENU metres, the tree's foot at the origin.
+  std::optional<Georeference> georeference;  // Unset: nothing said where, frame kept.
+  TreePlace tree;
+  std::vector<std::string> missing;  // Photos without a camera.
+  std::string made_by;               // "COLMAP", "metashape import of FILE".
+  std::vector<std::string> notes;    // One sentence each.
+};
+
+// What is going to be done, in words, and about how long it takes.
+struct CamerasPlan {
+  std::string what;
+  double expected_s = 0.0;
+};
+CamerasPlan PlanCameras(const Capture& capture, const CamerasRequest& request);
+
+// Makes cameras/. Photos' EXIF gives places and headings, turned to true north. Cameras
+// are brought to the upright photo's own size. Throws InputError with what is missing and
+// the option that tells it, OptionError for texts that cannot be read, Cancelled; then
+// cameras/ is as it was.
+CamerasSummary MakeCameras(const Capture& capture,
+                           const CamerasRequest& request,
+                           const Progress& progress = {});
+
+// The whole of cameras/: points and the origin's place, too. Throws InputError as
+// CamerasOf (relight/capture/capture.h) does.
+CalibratedScene SceneOf(const Capture& capture);
+
+// Gaps between neighbours around the tree that are wider than `least_rad`, as one walks
+// around it clockwise: the views on both sides, and the gap.
+struct ViewGap {
+  std::string from, to;
+  double gap_rad = 0.0;
+};
+std::vector<ViewGap> GapsAround(const CalibratedScene& scene,
+                                const Eigen::Vector3d& foot,
+                                double least_rad);
+
+}  // namespace relight
