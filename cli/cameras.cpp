@@ -2,6 +2,7 @@
 #include "cli/verbs.h"
 #include "relight/base/error.h"
 #include "relight/capture/capture.h"
+#include "relight/capture/capture_times.h"
 
 #include <fmt/format.h>
 
@@ -29,6 +30,7 @@ int RunVerb(const CamerasRequest& request, const ConsoleOptions& console) {
   const ImportSummary summary =
       ImportColmap(capture, request.import[1], request.matching_only);
   SayAll(console, summary.notes);
+  SayAll(console, DoubtsOfCapture(capture));
   Say(console,
       fmt::format("{} cameras of {} photos; their world is taken as east, north, up in "
                   "metres with the tree's foot near the origin",
