@@ -5,6 +5,7 @@
 #include "relight/base/error.h"
 #include "relight/cameras/colmap_model.h"
 #include "relight/capture/capture_cameras.h"
+#include "relight/capture/capture_times.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -163,6 +164,7 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
                             DegFromRad(summary.tree.slope_rad))
               : ""));
   SayAll(console, summary.notes);
+  SayAll(console, DoubtsOfCapture(capture));
   if (verb.as_json) {
     fmt::print("{}\n", JsonOf(summary, folder).dump(1));
   } else if (!console.quiet) {

@@ -3,6 +3,7 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/capture/capture.h"
+#include "relight/capture/capture_times.h"
 #include "relight/photo/capture_time.h"
 #include "relight/photo/photo_facts.h"
 #include "relight/sky/light_in_words.h"
@@ -35,9 +36,11 @@ json OfPhoto(const fs::path& file) {
             {"width", facts.width},
             {"height", facts.height},
             {"made_by_relight", facts.made_by_relight}};
-  std::vector<std::string> lacks;
+  std::vector<std::string> lacks, notes = facts.notes;
   try {
-    j["taken"] = FormatLocal(ResolveCaptureTime(facts).time);
+    const CaptureTime taken = ResolveCaptureTime(facts);
+    j["taken"] = FormatLocal(taken.time);
+    notes.insert(notes.end(), taken.notes.begin(), taken.notes.end());
   } catch (const InputError&) {
     lacks.push_back(facts.local_time ? "a time zone (--zone)"
                                      : "a capture time (--taken)");
@@ -62,7 +65,7 @@ json OfPhoto(const fs::path& file) {
     lacks.clear();
   }
   j["lacks"] = lacks;
-  j["notes"] = facts.notes;
+  j["notes"] = notes;
   return j;
 }
 
@@ -122,7 +125,7 @@ json OfCapture(const fs::path& folder) {
       } else if (!place) {
         v["lacks"] = "a place: write place = \"LAT,LON\" into capture.toml";
       }
-    } catch (const InputError& error) {
+    } catch (const Error& error) {
       v["lacks"] = error.what();
     }
     j["views"].push_back(v);
@@ -135,6 +138,7 @@ json OfCapture(const fs::path& folder) {
   }
   if (fs::exists(folder / "volume.vdb")) j["volume"] = OfVolume(folder / "volume.vdb");
   j["lacks"] = lacks;
+  j["notes"] = DoubtsOfCapture(capture);
   return j;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/verbs.h"
 #include "relight/capture/capture.h"
+#include "relight/capture/capture_times.h"
 #include "relight/photo/photo_facts.h"
 
 #include <fmt/format.h>
@@ -37,6 +38,7 @@ int RunVerb(const InitRequest& request, const ConsoleOptions& console) {
   lacks(without_time, "no capture time", "taken = \"2011-07-22T13:00\"");
   lacks(without_zone, "a time without zone", "zone = \"Europe/Paris\"");
   lacks(without_place, "no place", "place = \"48.85,2.35\"");
+  SayAll(console, DoubtsOfCapture(capture));
   const std::string folder = request.folder.string();
   if (!std::filesystem::exists(request.folder / "cameras" / "images.txt") &&
       capture.file.views.size() > 1) {

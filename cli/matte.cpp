@@ -3,6 +3,7 @@
 #include "cli/verbs.h"
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
+#include "relight/capture/tree_volume.h"
 #include "relight/capture/view_matte.h"
 #include "relight/photo/image_file.h"
 
@@ -41,6 +42,22 @@ void SayDoubts(const ConsoleOptions& console,
   for (const std::string& doubt : doubts) Say(console, of + ": " + doubt);
 }
 
+// Those of the volume and those with a guide of their own; all, without cameras.
+std::vector<ViewEntry> ViewsToMatte(const Capture& capture,
+                                    const CaptureOptions& options) {
+  if (!fs::exists(capture.folder / "cameras" / "images.txt")) return capture.file.views;
+  const auto all = CamerasOf(capture), of_volume = VolumeCamerasOf(capture, options);
+  std::vector<ViewEntry> views;
+  for (const ViewEntry& view : capture.file.views) {
+    const bool between = all.contains(view.name) && !of_volume.contains(view.name);
+    if (!between || FileOfView(capture, "trimaps", view.name) ||
+        FileOfView(capture, "scribbles", view.name)) {
+      views.push_back(view);
+    }
+  }
+  return views;
+}
+
 int OfCapture(const MatteRequest& request, const ConsoleOptions& console) {
   const MatteGuide& guide = request.guide;
   if (guide.trimap || !guide.scribbles.empty() || guide.refine || !guide.screen.empty() ||
@@ -54,11 +71,20 @@ int OfCapture(const MatteRequest& request, const ConsoleOptions& console) {
   StageRecords records(capture.folder);
   CaptureMattes mattes(capture, records, options);
   const Progress progress = ShowProgress(console, "mattes");
-  const auto count = static_cast<double>(capture.file.views.size());
+  const std::vector<ViewEntry> views = ViewsToMatte(capture, options);
+  if (views.size() < capture.file.views.size()) {
+    Say(console,
+        fmt::format("mattes are made of {} of {} views: those of the volume, and those "
+                    "with a guide of their own (--most-views N takes more or fewer; a "
+                    "view that is relit gets its matte then)",
+                    views.size(),
+                    capture.file.views.size()));
+  }
+  const auto count = static_cast<double>(views.size());
   double done = 0;
   nlohmann::json json = nlohmann::json::array();
   std::vector<std::string> unsure;
-  for (const ViewEntry& view : capture.file.views) {
+  for (const ViewEntry& view : views) {
     const bool made =
         mattes.Make(view, request.force, progress.Part(done / count, (done + 1) / count));
     const MatteReport report = mattes.ReportOf(view);
@@ -83,7 +109,7 @@ int OfCapture(const MatteRequest& request, const ConsoleOptions& console) {
             names,
             (capture.folder / "scribbles" / (unsure.front() + ".png")).string()));
   }
-  Say(console, fmt::format("{} mattes are up to date", capture.file.views.size()));
+  Say(console, fmt::format("{} mattes are up to date", views.size()));
   return 0;
 }
 
@@ -203,6 +229,7 @@ Verb AddMatte(CLI::App& program, const ConsoleOptions& console) {
   app->add_flag("--force", request->force, "make mattes again that are up to date");
   app->add_flag("--json", request->json, "print what was made, and how sure it is");
   AddFlags(*app, MatteOptions(), "Matte", request->options);
+  AddFlags(*app, ViewSelectionOptions(), "Matte", request->options);
   AddFlags(*app, ReadPhotoOptions(), "Photo", request->options);
   return {app, [request, &console] {
             return std::filesystem::is_directory(request->source)

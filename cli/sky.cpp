@@ -61,7 +61,6 @@ std::vector<double> Values(const Eigen::Array3d& color) {
 int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
   const Place place = ParsePlace(request.place);
   const LocalTime time = MomentOf(request);
-  if (!time.note.empty()) Say(console, time.note);
   LightOptions light;
   for (const auto& [name, text] : request.options) SetField(light, name, text);
   const SolarPosition sun = SolarPositionAt(time.utc, place);
@@ -69,7 +68,7 @@ int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
   const SunTimes times = SunTimesOf(
       std::chrono::year_month_day(std::chrono::sys_days(day.time_since_epoch())), place);
   const auto clock = [&](const std::optional<Instant>& at) {
-    return at ? FormatLocal({*at, time.offset, {}}).substr(11, 5) : std::string("none");
+    return at ? FormatLocal({*at, time.offset}).substr(11, 5) : std::string("none");
   };
   const bool up = sun.elevation_rad > 0;
   nlohmann::json json = {

@@ -25,7 +25,9 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   const Capture capture = OpenCapture(request.folder);
   const CaptureOptions options = OptionsFrom(capture.file, request.options);
   StageRecords records(capture.folder);
-  const auto cameras = CamerasOf(capture);
+  const auto cameras = VolumeCamerasOf(capture, options);
+  if (const std::string note = SelectionNote(capture, options); !note.empty())
+    Say(console, note);
   const Progress progress = ShowProgress(console, "mattes");
   CaptureMattes mattes(capture, records, options);
   for (const auto& [name, camera] : cameras) {
@@ -81,6 +83,7 @@ Verb AddVolume(CLI::App& program, const ConsoleOptions& console) {
   app->add_flag("--force", request->force, "make it again");
   app->add_flag("--json", request->json, "print figures as JSON");
   AddFlags(*app, OpacityOptions(), "Volume", request->options);
+  AddFlags(*app, ViewSelectionOptions(), "Volume", request->options);
   AddFlags(*app, MatteOptions(), "Matte", request->options);
   AddFlags(*app, ReadPhotoOptions(), "Photo", request->options);
   return {app, [request, &console] { return RunVerb(*request, console); }};

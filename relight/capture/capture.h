@@ -10,6 +10,7 @@
 #include "relight/capture/capture_file.h"
 #include "relight/capture/light_options.h"
 #include "relight/capture/photo_matte.h"
+#include "relight/capture/view_selection.h"
 #include "relight/composite/ground_shadow.h"
 #include "relight/composite/old_shadow.h"
 #include "relight/photo/write_photo.h"
@@ -28,6 +29,7 @@ namespace relight {
 struct CaptureOptions {
   LightOptions light;
   OpacityOptions volume;
+  ViewSelectionOptions selection;
   SkyTransmittanceOptions sky_transmittance;
   ReadPhotoOptions photo;
   MatteOptions matte;
@@ -39,6 +41,7 @@ template <class Visitor>
 void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.light, field);
   Describe(o.volume, field);
+  Describe(o.selection, field);
   Describe(o.sky_transmittance, field);
   Describe(o.photo, field);
   Describe(o.matte, field);

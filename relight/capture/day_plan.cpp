@@ -85,15 +85,17 @@ std::string DateText(year_month_day date) {
          TwoDigits(static_cast<unsigned>(date.day()));
 }
 
-std::string ClockText(minutes time) {
-  return TwoDigits(static_cast<unsigned>(time.count() / 60)) + ":" +
-         TwoDigits(static_cast<unsigned>(time.count() % 60));
-}
-
 // "2011-07-22T17:30:00+02:00" as the name of a file.
 std::string NameOf(const LocalTime& time) {
   const std::string text = FormatLocal(time);
   return text.substr(0, 10) + "_" + text.substr(11, 2) + text.substr(14, 2);
+}
+
+// "+0200".
+std::string OffsetName(minutes offset) {
+  std::string text = FormatOffset(offset);
+  text.erase(text.find(':'), 1);
+  return text;
 }
 
 // What the user said of hours and frames.
@@ -118,9 +120,20 @@ CommandWords WordsOf(const DayRequest& r) {
 // Minutes of the place's clock since the day's midnight.
 minutes ClockOf(Instant at, year_month_day date, const ViewPlan& view) {
   const LocalTime local =
-      view.zone ? InZone(at, *view.zone) : LocalTime{at, view.input.time->offset, {}};
+      view.zone ? InZone(at, *view.zone) : LocalTime{at, view.input.time->offset};
   return std::chrono::floor<minutes>(WallClockOf(local).time_since_epoch() -
                                      std::chrono::sys_days(date).time_since_epoch());
+}
+
+// The moments at which the place's clocks show a time: one, two where clocks are put
+// back, none where they are put forward.
+std::vector<LocalTime> MomentsOf(WallClock local, const ViewPlan& view) {
+  const minutes own = view.input.time ? view.input.time->offset : minutes(0);
+  const ClockReading reading =
+      ReadClock(local, view.zone.value_or(Zone{FormatOffset(own), own}));
+  if (reading.kind == ClockReading::Kind::kNever) return {};
+  if (reading.kind == ClockReading::Kind::kOnce) return {reading.first};
+  return {reading.first, reading.second};
 }
 
 // The frames of one date.
@@ -135,25 +148,36 @@ void AddDate(year_month_day date, DayPlan& plan) {
                              plan.request.every,
                              clock(sun.sunrise, minutes(0)),
                              clock(sun.sunset, kDay));
+  std::vector<LocalTime> moments;
   for (const minutes at : hours) {
+    const WallClock local(std::chrono::sys_days(date).time_since_epoch() + at);
+    for (const LocalTime& moment : MomentsOf(local, view)) moments.push_back(moment);
+  }
+  std::sort(moments.begin(), moments.end(), [](const LocalTime& a, const LocalTime& b) {
+    return a.utc < b.utc;
+  });
+  for (const LocalTime& moment : moments) {
     DayFrame frame;
-    frame.light.time =
-        ParseWhen(DateText(at < kDay ? date
-                                     : year_month_day(std::chrono::sys_days(date) +
-                                                      std::chrono::days(1))) +
-                      "T" + ClockText(at % kDay),
-                  *view.input.time,
-                  view.zone);
-    if (!frame.light.time->note.empty()) plan.notes.push_back(frame.light.time->note);
-    frame.light.sun = SolarPositionAt(frame.light.time->utc, *view.place);
+    frame.light.time = moment;
+    frame.light.sun = SolarPositionAt(moment.utc, *view.place);
     frame.light.words =
         LightInFewWords(frame.light.sun.azimuth_rad - RadFromDeg(view.heading_deg),
                         frame.light.sun.elevation_rad);
-    frame.name = NameOf(*frame.light.time);
-    // A clock put back shows an hour twice, one put forward skips one: one frame a name
-    const bool again = !plan.frames.empty() && plan.frames.back().name == frame.name;
-    if (again) continue;
-    (frame.light.sun.elevation_rad > 0 ? plan.frames : plan.left_out).push_back(frame);
+    frame.name = NameOf(moment);
+    std::vector<DayFrame>& frames =
+        frame.light.sun.elevation_rad > 0 ? plan.frames : plan.left_out;
+    // 24:00 is 0:00 of the next date; an hour that clocks show twice has two frames
+    const auto recent =
+        static_cast<std::ptrdiff_t>(std::min<std::size_t>(frames.size(), 24 * 60));
+    const auto same =
+        std::find_if(frames.end() - recent, frames.end(), [&](const DayFrame& f) {
+          return f.name == frame.name;
+        });
+    if (same != frames.end()) {
+      if (same->light.time->utc == moment.utc) continue;
+      frame.name += OffsetName(moment.offset);
+    }
+    frames.push_back(frame);
   }
   if (plan.frames.size() > kMostFrames) {
     throw OptionError("more than " + std::to_string(kMostFrames) +
@@ -269,6 +293,12 @@ DayPlan PlanDay(const DayRequest& request) {
             WallClockOf(*plan.view.input.time).time_since_epoch())))};
   }
   for (const year_month_day date : *dates) AddDate(date, plan);
+  if (plan.frames.empty() && plan.left_out.empty()) {
+    throw InputError("no clock showed " + request.hours + " on " +
+                     DateText(dates->front()) +
+                     ", for clocks were put forward then; choose other --hours or "
+                     "--dates");
+  }
   if (plan.frames.empty()) {
     throw InputError("the sun is below the horizon at every hour of " + request.hours +
                      " on " + DateText(dates->front()) +

@@ -116,7 +116,9 @@ HourLight LightLike(const fs::path& file,
         "with --to WHEN in place of --like");
   }
   HourLight light;
-  light.time = ResolveCaptureTime(like, view.request.zone).time;
+  const CaptureTime taken = ResolveCaptureTime(like, view.request.zone);
+  light.time = taken.time;
+  if (const auto doubt = ZoneAgainstGps(like, taken.zone)) notes.push_back(*doubt);
   if (like.place) {
     place = *like.place;
   } else if (view.place) {
@@ -157,7 +159,6 @@ HourLight PlanTarget(const HourRequest& request,
     } catch (const OptionError& error) {
       throw OptionError(std::string("--to: ") + error.what());
     }
-    if (!target.time->note.empty()) notes.push_back(target.time->note);
     target.sun = SolarPositionAt(target.time->utc, place);
   }
   RequireSunUp(target, "wanted", place, "choose an hour of daylight with --to");

@@ -210,9 +210,10 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
   const CaptureOptions& options = plan.options;
   const bool force = plan.request.force;
   StageRecords records(capture.folder);
-  const std::map<std::string, Camera> cameras = CamerasOf(capture);
+  const std::map<std::string, Camera> cameras =
+      CamerasToMatte(capture, options, {plan.name});
 
-  // Mattes of all views, the volume from them, its transmittance
+  // Mattes of the views, the volume from them, its transmittance
   CaptureMattes maker(capture, records, options);
   const Progress mattes = begin("mattes");
   const auto count = static_cast<double>(cameras.size());

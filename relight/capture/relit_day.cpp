@@ -118,7 +118,8 @@ void TakeFolder(const DayPlan& plan, const std::string& run_hash) {
     // Frames of the other run that this one does not make would be taken for its own
     for (const auto& entry : fs::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      const bool frame = name.size() == 19 && name[4] == '-' && name[10] == '_' &&
+      const bool frame = (name.size() == 19 || name.size() == 24) && name[4] == '-' &&
+                         name[10] == '_' &&
                          (name.ends_with(".png") || name.ends_with(".exr"));
       if (frame || ours.contains(name)) fs::remove(entry.path(), error);
     }

@@ -27,7 +27,7 @@ std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
   key.Add(FieldsText(options.volume));
   key.AddFile(capture.folder / "cameras" / "cameras.txt");
   key.AddFile(capture.folder / "cameras" / "images.txt");
-  for (const auto& [name, camera] : CamerasOf(capture)) {
+  for (const auto& [name, camera] : VolumeCamerasOf(capture, options)) {
     const auto matte = FileOfView(capture, "mattes", name);
     key.Add(name).AddFile(matte ? *matte : capture.PhotoOf(FindView(capture, name)));
   }
@@ -47,13 +47,38 @@ bool IsStale(StageRecords::State state) {
 
 }  // namespace
 
+std::map<std::string, Camera> VolumeCamerasOf(const Capture& capture,
+                                              const CaptureOptions& options) {
+  return EvenlySpreadViews(CamerasOf(capture), options.selection);
+}
+
+std::map<std::string, Camera> CamerasToMatte(const Capture& capture,
+                                             const CaptureOptions& options,
+                                             const std::vector<std::string>& others) {
+  const std::map<std::string, Camera> all = CamerasOf(capture);
+  std::map<std::string, Camera> chosen = EvenlySpreadViews(all, options.selection);
+  for (const std::string& view : others) {
+    if (const auto found = all.find(view); found != all.end()) chosen.insert(*found);
+  }
+  return chosen;
+}
+
+std::string SelectionNote(const Capture& capture, const CaptureOptions& options) {
+  const std::size_t all = CamerasOf(capture).size();
+  const std::size_t chosen = VolumeCamerasOf(capture, options).size();
+  if (chosen == all) return "";
+  return "mattes and volume are made from " + std::to_string(chosen) + " of " +
+         std::to_string(all) +
+         " views, evenly around the tree (--most-views N takes more or fewer)";
+}
+
 std::vector<MatteView> MatteViewsOf(const Capture& capture,
-                                    const OpacityOptions& options) {
+                                    const CaptureOptions& options) {
   // A crown that fills the frame has some 6 pixels a voxel then; finer rays only cost
   // time
-  const int longest_px = std::max(600, 6 * options.cells);
+  const int longest_px = std::max(600, 6 * options.volume.cells);
   std::vector<MatteView> views;
-  for (const auto& [name, camera] : CamerasOf(capture)) {
+  for (const auto& [name, camera] : VolumeCamerasOf(capture, options)) {
     MatteView view{name, camera, MatteOf(capture, FindView(capture, name))};
     const double stretch = static_cast<double>(view.alpha.cols) * camera.height_px /
                            (static_cast<double>(view.alpha.rows) * camera.width_px);
@@ -102,7 +127,7 @@ OpacitySummary MakeVolume(const Capture& capture,
                           StageRecords& records,
                           const CaptureOptions& options,
                           const Progress& progress) {
-  const std::vector<MatteView> views = MatteViewsOf(capture, options.volume);
+  const std::vector<MatteView> views = MatteViewsOf(capture, options);
   const Eigen::AlignedBox3d bounds = HullBounds(
       views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
   const OpacityEstimate estimate =

@@ -2,7 +2,7 @@
 #pragma once
 
 // The volume of a capture and its transmittance to the sky, made when they are not up to
-// date: volume.vdb from all views' mattes and cameras, cache/light.vdb from it.
+// date: volume.vdb from the views' mattes and cameras, cache/light.vdb from it.
 
 #include "relight/base/progress.h"
 #include "relight/capture/capture.h"
@@ -11,8 +11,10 @@
 #include "relight/volume/extinction_grid.h"
 #include "relight/volume/opacity_estimation.h"
 
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace relight {
 
@@ -22,9 +24,22 @@ struct Tree {
   SkyTransmittance sky_transmittance;
 };
 
-// All views that have a camera, with their mattes, no finer than the volume can use.
+// Cameras of the views that the volume is made from (view_selection.h). Throws as
+// CamerasOf does.
+std::map<std::string, Camera> VolumeCamerasOf(const Capture& capture,
+                                              const CaptureOptions& options);
+
+// Their views, and those in `others` that have a camera: all that need a matte.
+std::map<std::string, Camera> CamerasToMatte(const Capture& capture,
+                                             const CaptureOptions& options,
+                                             const std::vector<std::string>& others);
+
+// "mattes and volume are made from 12 of 60 views, …"; empty when they are all.
+std::string SelectionNote(const Capture& capture, const CaptureOptions& options);
+
+// The same views with their mattes, no finer than the volume can use.
 std::vector<MatteView> MatteViewsOf(const Capture& capture,
-                                    const OpacityOptions& options);
+                                    const CaptureOptions& options);
 
 // Whether volume.vdb, or cache/light.vdb, would be made now.
 bool VolumeIsStale(const Capture& capture,

@@ -4,6 +4,7 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/base/field_text.h"
+#include "relight/capture/capture_times.h"
 #include "relight/capture/tree_volume.h"
 #include "relight/capture/view_matte.h"
 #include "relight/photo/color.h"
@@ -132,8 +133,10 @@ void PlanStages(ViewPlan& plan) {
   int to_make = 0, posed = 0;
   double matte_mpx = 0;
   int against_sky = 0;
-  for (const auto& [name, camera] : CamerasOf(capture)) {
-    ++posed;
+  bool matte_of_volume = false;
+  const auto of_volume = VolumeCamerasOf(capture, plan.options);
+  for (const auto& [name, camera] : CamerasToMatte(capture, plan.options, {plan.name})) {
+    if (of_volume.contains(name)) ++posed;
     const ViewEntry& view = FindView(capture, name);
     if (!fs::exists(capture.PhotoOf(view))) ThrowPhotoIsGone(capture, view);
     if (!mattes.IsStale(view, force)) continue;
@@ -145,8 +148,11 @@ void PlanStages(ViewPlan& plan) {
     }
     if (guide.automatic) ++against_sky;
     ++to_make;
+    matte_of_volume |= of_volume.contains(name);
     matte_mpx += 1e-6 * camera.width_px * camera.height_px;
   }
+  if (const std::string note = SelectionNote(capture, plan.options); !note.empty())
+    plan.notes.push_back(note);
   if (to_make > 0) {
     std::string what = "mattes of " + std::to_string(to_make) + " photos";
     if (against_sky > 0) {
@@ -156,7 +162,8 @@ void PlanStages(ViewPlan& plan) {
     }
     plan.stages.push_back({"mattes", what, 1 + kMatteSecondsPerMegapixel * matte_mpx});
   }
-  const bool volume = to_make > 0 || VolumeIsStale(capture, records, plan.options, force);
+  const bool volume =
+      matte_of_volume || VolumeIsStale(capture, records, plan.options, force);
   if (volume) {
     const double rays_per_view =
         std::pow(1e-3 * std::max(600, 6 * plan.options.volume.cells), 2) * 0.8;
@@ -236,7 +243,7 @@ void RequireSunUp(const HourLight& light,
       std::chrono::year_month_day(std::chrono::sys_days(local_day.time_since_epoch())),
       place);
   const auto clock = [&](Instant at) {
-    return FormatLocal({at, light.time->offset, {}}).substr(11, 5);
+    return FormatLocal({at, light.time->offset}).substr(11, 5);
   };
   if (times.sunrise && times.sunset) {
     text << "; it is up from " << clock(*times.sunrise) << " to " << clock(*times.sunset)
@@ -381,6 +388,11 @@ ViewPlan PlanView(const ViewRequest& request,
       plan.notes.insert(plan.notes.end(), when->notes.begin(), when->notes.end());
       plan.input.time = when->time;
       plan.zone = when->zone;
+    } catch (const OptionError& error) {
+      if (request.taken || !taken || !plan.capture) throw;
+      if (request.zone) static_cast<void>(ParseZone(*request.zone));  // The user's own
+      throw InputError((plan.capture->folder / "capture.toml").string() + ": " +
+                       error.what());
     } catch (const InputError&) {
       const bool timeless = !facts.local_time && !taken;
       if (timeless) missing.Add("no capture time in EXIF", "--taken 2011-07-22T13:00");
@@ -408,7 +420,14 @@ ViewPlan PlanView(const ViewRequest& request,
                        ": a photo without camera; import the cameras again "
                        "with one of this name, or choose another --view");
     }
-    plan.heading_deg = DegFromRad(AzimuthOf(found->second.ForwardInWorld()));
+    const double heading_rad = AzimuthOf(found->second.ForwardInWorld());
+    plan.heading_deg = DegFromRad(heading_rad);
+    for (const std::string& doubt :
+         DoubtsOfCapture(*plan.capture, request.zone, heading_rad)) {
+      const bool said =
+          std::find(plan.notes.begin(), plan.notes.end(), doubt) != plan.notes.end();
+      if (!said) plan.notes.push_back(doubt);
+    }
   } else if (plan.capture && plan.capture->file.views.size() > 1) {
     static_cast<void>(CamerasOf(*plan.capture));  // Says how to import them
   } else if (request.heading) {

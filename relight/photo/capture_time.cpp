@@ -174,25 +174,52 @@ LocalTime InZone(Instant utc, const Zone& zone) {
   return {.utc = utc, .offset = round<minutes>(info.offset)};
 }
 
-LocalTime FromWallClock(WallClock local, const Zone& zone) {
-  if (zone.fixed_offset) return AtOffset(local, *zone.fixed_offset);
+ClockReading ReadClock(WallClock local, const Zone& zone) {
+  ClockReading reading;
+  if (zone.fixed_offset) {
+    reading.first = reading.second = AtOffset(local, *zone.fixed_offset);
+    return reading;
+  }
   const days shift = CalendarShift(local.time_since_epoch());
   const auto info = Found(zone).get_info(
       date::local_seconds(floor<seconds>(local.time_since_epoch() - shift)));
-  const minutes first = round<minutes>(info.first.offset);
-  LocalTime time = AtOffset(local, first);
+  const minutes before = round<minutes>(info.first.offset);
+  reading.first = reading.second = AtOffset(local, before);
+  if (info.result == date::local_info::unique) return reading;
+
+  // The change, as the clocks on the wall showed it
+  const minutes after = round<minutes>(info.second.offset);
+  const Instant changed(info.first.end.time_since_epoch() + shift);
+  const auto clock = [&](minutes offset) {
+    return FormatLocal({changed, offset}).substr(11, 5);
+  };
+  const std::string from_to = "from " + clock(before) + " to " + clock(after);
+  const std::string text = FormatLocal({Instant(local.time_since_epoch()), minutes(0)});
+  reading.why = text.substr(0, text.size() - 6);
   if (info.result == date::local_info::ambiguous) {
-    const minutes second = round<minutes>(info.second.offset);
-    time.note = "Clocks were put back then, so that this time occurred twice in " +
-                zone.name + "; taken as the first, " + FormatLocal(time) + ". Write " +
-                FormatLocal(AtOffset(local, second)) + " for the second.";
-  } else if (info.result == date::local_info::nonexistent) {
-    // The old offset names the same distance after the change
-    time = InZone(time.utc, zone);
-    time.note = "Clocks were put forward then, so that this time did not occur in " +
-                zone.name + "; taken as " + FormatLocal(time) + ".";
+    reading.kind = ClockReading::Kind::kTwice;
+    reading.second = AtOffset(local, after);
+    reading.why += " occurred twice in " + zone.name +
+                   ", where the clocks were put back then, " + from_to + "; write " +
+                   FormatLocal(reading.first) + " for the first, " +
+                   FormatLocal(reading.second) + " for the second";
+  } else {
+    reading.kind = ClockReading::Kind::kNever;
+    reading.first = InZone(AtOffset(local, before).utc, zone);
+    reading.second = InZone(AtOffset(local, after).utc, zone);
+    reading.why += " did not exist in " + zone.name +
+                   ", where the clocks were put forward then, " + from_to + "; write " +
+                   FormatLocal(reading.first) +
+                   " for a clock that was not changed yet, " +
+                   FormatLocal(reading.second) + " for one that was changed too early";
   }
-  return time;
+  return reading;
+}
+
+LocalTime FromWallClock(WallClock local, const Zone& zone) {
+  const ClockReading reading = ReadClock(local, zone);
+  if (reading.kind != ClockReading::Kind::kOnce) throw OptionError(reading.why);
+  return reading.first;
 }
 
 LocalTime ParseWhen(const std::string& text,
@@ -298,7 +325,11 @@ CaptureTime ResolveCaptureTime(const PhotoFacts& facts,
     if (written->offset) {
       capture.time = AtOffset(local, *written->offset);
     } else if (capture.zone) {
-      capture.time = FromWallClock(local, *capture.zone);
+      try {
+        capture.time = FromWallClock(local, *capture.zone);
+      } catch (const OptionError& error) {
+        throw OptionError(std::string("taken: ") + error.what());
+      }
     } else if (facts.offset) {
       capture.time = AtOffset(local, *facts.offset);
       capture.notes.push_back(
@@ -325,6 +356,15 @@ CaptureTime ResolveCaptureTime(const PhotoFacts& facts,
     capture.source = "GPS date and time";
     if (capture.zone) {
       capture.time = InZone(*facts.gps_time, *capture.zone);
+      if (facts.local_time) {
+        // GPS time decides what the clock alone leaves open
+        const ClockReading reading = ReadClock(*facts.local_time, *capture.zone);
+        if (reading.kind != ClockReading::Kind::kOnce) {
+          capture.notes.push_back(reading.why.substr(0, reading.why.find(';')) +
+                                  "; GPS time decides: " + FormatLocal(capture.time) +
+                                  ".");
+        }
+      }
     } else if (facts.local_time) {
       // The camera's clock shows local time: its distance to GPS, to the quarter of an
       // hour
@@ -355,18 +395,56 @@ CaptureTime ResolveCaptureTime(const PhotoFacts& facts,
     }
   } else if (facts.local_time && capture.zone) {
     capture.source = "DateTimeOriginal and --zone";
-    capture.time = FromWallClock(*facts.local_time, *capture.zone);
+    const ClockReading reading = ReadClock(*facts.local_time, *capture.zone);
+    if (reading.kind != ClockReading::Kind::kOnce) {
+      refuse("its time " + reading.why + ", with --taken or taken in capture.toml");
+    }
+    capture.time = reading.first;
   } else if (facts.local_time) {
     refuse("time without zone; give --zone, like --zone Europe/Paris or --zone +02:00");
   } else {
     refuse("no capture time in EXIF; give --taken, like --taken 2011-09-23T17:00+02:00");
   }
 
-  if (!capture.time.note.empty()) capture.notes.push_back(capture.time.note);
+  if (!taken_text) {
+    if (const auto doubt = ZoneAgainstGps(facts, capture.zone))
+      capture.notes.push_back(*doubt);
+  }
   if (!capture.zone) {
     capture.zone = Zone{FormatOffset(capture.time.offset), capture.time.offset};
   }
   return capture;
+}
+
+std::optional<std::string> ZoneAgainstGps(const PhotoFacts& facts,
+                                          const std::optional<Zone>& zone) {
+  if (!facts.local_time || !facts.gps_time || (!facts.offset && !zone)) return {};
+  const Instant gps = *facts.gps_time;
+  const auto agree = [&](Instant utc) { return abs(utc - gps) <= kGpsLag; };
+  LocalTime clock;
+  if (facts.offset) {
+    clock = AtOffset(*facts.local_time, *facts.offset);
+  } else {
+    const ClockReading reading = ReadClock(*facts.local_time, *zone);
+    clock = agree(reading.second.utc) ? reading.second : reading.first;
+  }
+  if (agree(clock.utc)) return {};
+
+  // What would agree: zones are ahead of UTC by whole quarters of an hour
+  const auto ahead = facts.local_time->time_since_epoch() - gps.time_since_epoch();
+  const minutes offset =
+      15 * round<duration<int, std::ratio<900>>>(ahead).count() * minutes(1);
+  const bool is_zone = offset >= hours(-12) && offset <= hours(14) &&
+                       abs(ahead - offset) <= std::min(kGpsLag, minutes(5));
+  const std::string used = facts.offset ? "its own offset" : "the zone " + zone->name;
+  return (facts.file.empty() ? "the photo" : facts.file) + ": by " + used +
+         " it was taken at " + FormatLocal({clock.utc, minutes(0)}) + ", by GPS at " +
+         FormatLocal({gps, minutes(0)}) + "; " +
+         (is_zone ? "the offset " + FormatOffset(offset) +
+                        " would agree: mend --zone, zone in capture.toml or the photo's "
+                        "OffsetTimeOriginal, if the camera's clock was right"
+                  : "no zone would agree: its clock was wrong, or its GPS time is old; "
+                    "give the time with --taken");
 }
 
 std::optional<Place> PlaceOfZone(const Zone& zone) {

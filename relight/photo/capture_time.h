@@ -4,9 +4,10 @@
 // Time at the door of the program: what photos and users write, to UTC and back
 // (docs/conventions.md#time). Zones are those of the system's IANA database.
 //
-// Where clocks are put forward some local times do not exist: they are moved on by the
-// gap. Where clocks are put back some occur twice: the first is taken. Both are said in
-// `note`. After 2037, where the database ends, the rules of the years before go on.
+// Where clocks are put forward some local times do not exist; where they are put back
+// some occur twice. Neither is guessed: both are errors that say which, when the clocks
+// changed and what to write instead. GPS time, which is UTC, decides for a photo that has
+// it. After 2037, where the database ends, the rules of the years before go on.
 
 #include "relight/base/instant.h"
 #include "relight/photo/photo_facts.h"
@@ -22,7 +23,6 @@ namespace relight {
 struct LocalTime {
   Instant utc = {};
   std::chrono::minutes offset = {};
-  std::string note = {};  // What had to be assumed of a clock change; mostly empty.
 };
 
 // Of the IANA database, or a fixed offset.
@@ -36,6 +36,20 @@ struct Zone {
 Zone ParseZone(const std::string& text);
 
 LocalTime InZone(Instant utc, const Zone& zone);
+
+// How often clocks in a zone show a time, and what it can mean.
+struct ClockReading {
+  enum class Kind { kOnce, kTwice, kNever };
+  Kind kind = Kind::kOnce;
+  // kOnce: the time itself, in both. kTwice: with the clocks before and after the change.
+  // kNever: what a clock meant that was not changed yet, or was changed too early; the
+  // later of the two moments first.
+  LocalTime first, second;
+  std::string why = {};  // "2011-03-27T02:30:00 did not exist in …"; empty: kOnce.
+};
+ClockReading ReadClock(WallClock local, const Zone& zone);
+
+// Throws OptionError with ClockReading::why for a time that is not there exactly once.
 LocalTime FromWallClock(WallClock local, const Zone& zone);
 inline WallClock WallClockOf(const LocalTime& time) {
   return WallClock(time.utc.time_since_epoch() + time.offset);
@@ -71,11 +85,20 @@ struct CaptureTime {
 // DateTimeOriginal with OffsetTimeOriginal; else GPS date and time; else DateTimeOriginal
 // in the zone `zone_text`. `taken_text`, a time as for ParseWhen, wins over the photo's
 // own. Throws InputError: "no capture time in EXIF; give --taken", "time without zone;
-// give
-// --zone"; OptionError for texts that are neither zone nor time.
+// give --zone", a time of the photo's that the zone's clocks showed twice or never;
+// OptionError for texts that are neither zone nor time, or name such a time.
 CaptureTime ResolveCaptureTime(const PhotoFacts& facts,
                                const std::optional<std::string>& zone_text = {},
                                const std::optional<std::string>& taken_text = {});
+
+// What GPS time says against the photo's clock in the zone `zone`, or at the photo's own
+// offset: nothing when they agree within kGpsLag, or one of them is not there. Else one
+// sentence with the photo, both moments and the offset that would agree.
+std::optional<std::string> ZoneAgainstGps(const PhotoFacts& facts,
+                                          const std::optional<Zone>& zone);
+// A photo carries the time of the last fix, which may be some minutes old; zones differ
+// by a quarter of an hour at least.
+inline constexpr std::chrono::minutes kGpsLag{10};
 
 // The principal place of an IANA zone, by the database's own table.
 std::optional<Place> PlaceOfZone(const Zone& zone);

@@ -31,11 +31,23 @@ constexpr std::array<Sector, 8> kSectors = {{
      "falls towards you to the right"},
 }};
 
-const Sector& SectorOf(double azimuth_rad) {
+constexpr std::array<std::string_view, 8> kCompass = {"north",
+                                                      "north-east",
+                                                      "east",
+                                                      "south-east",
+                                                      "south",
+                                                      "south-west",
+                                                      "west",
+                                                      "north-west"};
+
+// Which eighth of the circle, clockwise.
+std::size_t EighthOf(double azimuth_rad) {
   const double eighths = DegFromRad(azimuth_rad) / 45.0;
   const long index = std::lround(eighths - 8.0 * std::floor(eighths / 8.0));
-  return kSectors[static_cast<std::size_t>(index % 8)];
+  return static_cast<std::size_t>(index % 8);
 }
+
+const Sector& SectorOf(double azimuth_rad) { return kSectors[EighthOf(azimuth_rad)]; }
 
 constexpr double kOverhead_rad = RadFromDeg(80.0);
 
@@ -59,6 +71,12 @@ std::string LightInFewWords(double azimuth_from_heading_rad, double elevation_ra
   if (elevation_rad <= 0.0) return "from below the horizon";
   if (elevation_rad >= kOverhead_rad) return "from overhead, " + Degrees(elevation_rad);
   return std::string(SectorOf(azimuth_from_heading_rad).from) + ", " +
+         Degrees(elevation_rad);
+}
+
+std::string LightFromCompass(double azimuth_rad, double elevation_rad) {
+  if (elevation_rad <= 0.0) return "from below the horizon";
+  return "from the " + std::string(kCompass[EighthOf(azimuth_rad)]) + ", " +
          Degrees(elevation_rad);
 }
 

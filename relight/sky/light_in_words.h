@@ -17,4 +17,7 @@ std::string LightInWords(double azimuth_from_heading_rad, double elevation_rad);
 // The same in short: "from the right, 14°", "from behind on the left, 62°".
 std::string LightInFewWords(double azimuth_from_heading_rad, double elevation_rad);
 
+// Without a camera, by the compass: "from the south-west, 62°".
+std::string LightFromCompass(double azimuth_rad, double elevation_rad);
+
 }  // namespace relight

@@ -268,8 +268,8 @@ class Exr:
 # --- JPEG with EXIF of our own ---------------------------------------------------------
 
 def with_exif(photo, file, time=None, offset=None, place=None, heading=None, reference="T",
-              focal_35mm=None):
-    """Copies a JPEG without its metadata, and gives it these."""
+              focal_35mm=None, gps_time=None):
+    """Copies a JPEG without its metadata, and gives it these; gps_time as EXIF writes time."""
     def ascii_entry(tag, text):
         return tag, 2, len(text) + 1, text.encode() + b"\0"
 
@@ -302,6 +302,9 @@ def with_exif(photo, file, time=None, offset=None, place=None, heading=None, ref
         for tag, value, letters in ((1, latitude, "NS"), (3, longitude, "EW")):
             gps.append(ascii_entry(tag, letters[value < 0]))
             gps.append(rationals(tag + 1, abs(value), 0, 0))
+    if gps_time:
+        gps += [ascii_entry(0x1D, gps_time[:10]),
+                rationals(7, *(int(part) for part in gps_time[11:].split(":")))]
     if heading is not None:
         gps += [ascii_entry(0x10, reference), rationals(0x11, heading)]
     main_size = 6 + 12 * (bool(exif) + bool(gps))

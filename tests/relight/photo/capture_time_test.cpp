@@ -56,7 +56,6 @@ TEST(CaptureTime, ParseWhenKnowsAllItsForms) {
     const auto zone = row.zone ? std::optional(ParseZone(row.zone)) : std::nullopt;
     const LocalTime time = ParseWhen(row.text, kMaple, zone);
     EXPECT_EQ(FormatLocal(time), row.expected) << row.text;
-    EXPECT_TRUE(time.note.empty()) << time.note;
   }
 }
 
@@ -84,32 +83,105 @@ TEST(CaptureTime, ParseWhenRefusesTheRestAndListsTheForms) {
   }
 }
 
+// All of `parts` are in `text`.
+void ExpectHolds(const std::string& text, std::initializer_list<const char*> parts) {
+  for (const char* part : parts)
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in: " << text;
+}
+
 TEST(CaptureTime, ClocksPutForwardLeaveAGap) {
   // 2011-03-27, 02:00 to 03:00 in Paris
   const Zone paris = ParseZone("Europe/Paris");
-  const LocalTime gap = FromWallClock(Wall(2011, 3, 27, 2, 30), paris);
-  EXPECT_EQ(FormatLocal(gap), "2011-03-27T03:30:00+02:00");
-  EXPECT_NE(gap.note.find("did not occur"), std::string::npos);
-  const LocalTime before = FromWallClock(Wall(2011, 3, 27, 1, 59), paris);
-  EXPECT_EQ(FormatLocal(before), "2011-03-27T01:59:00+01:00");
-  EXPECT_TRUE(before.note.empty());
+  const std::string gap =
+      WordsOf<OptionError>([&] { FromWallClock(Wall(2011, 3, 27, 2, 30), paris); });
+  ExpectHolds(gap,
+              {"2011-03-27T02:30:00 did not exist in Europe/Paris",
+               "put forward then, from 02:00 to 03:00",
+               "2011-03-27T03:30:00+02:00",
+               "2011-03-27T01:30:00+01:00"});
+  EXPECT_EQ(FormatLocal(FromWallClock(Wall(2011, 3, 27, 1, 59), paris)),
+            "2011-03-27T01:59:00+01:00");
   EXPECT_EQ(FormatLocal(FromWallClock(Wall(2011, 3, 27, 3, 0), paris)),
             "2011-03-27T03:00:00+02:00");
+  // Half an hour on Lord Howe, in the spring of the south
+  ExpectHolds(WordsOf<OptionError>([&] {
+                FromWallClock(Wall(2020, 10, 4, 2, 15), ParseZone("Australia/Lord_Howe"));
+              }),
+              {"did not exist", "from 02:00 to 02:30", "2020-10-04T02:45:00+11:00"});
 }
 
 TEST(CaptureTime, ClocksPutBackHaveAnHourTwice) {
-  const LocalTime twice =
-      FromWallClock(Wall(2011, 10, 30, 2, 30), ParseZone("Europe/Paris"));
-  EXPECT_EQ(FormatLocal(twice), "2011-10-30T02:30:00+02:00");
-  EXPECT_NE(twice.note.find("2011-10-30T02:30:00+01:00"), std::string::npos)
-      << twice.note;
-  // South of the equator the year is the other way round; half an hour on Lord Howe
+  const Zone paris = ParseZone("Europe/Paris");
+  const std::string twice =
+      WordsOf<OptionError>([&] { FromWallClock(Wall(2011, 10, 30, 2, 30), paris); });
+  ExpectHolds(twice,
+              {"2011-10-30T02:30:00 occurred twice in Europe/Paris",
+               "put back then, from 03:00 to 02:00",
+               "2011-10-30T02:30:00+02:00 for the first",
+               "2011-10-30T02:30:00+01:00 for the second"});
+  const ClockReading reading = ReadClock(Wall(2011, 10, 30, 2, 30), paris);
+  EXPECT_EQ(reading.kind, ClockReading::Kind::kTwice);
+  EXPECT_EQ(reading.second.utc - reading.first.utc, hours(1));
+  // South of the equator the year is the other way round
   EXPECT_EQ(
       FormatLocal(FromWallClock(Wall(2020, 1, 15, 12, 0), ParseZone("Australia/Sydney"))),
       "2020-01-15T12:00:00+11:00");
-  EXPECT_EQ(FormatLocal(FromWallClock(Wall(2020, 10, 4, 2, 15),
-                                      ParseZone("Australia/Lord_Howe"))),
-            "2020-10-04T02:45:00+11:00");
+  // What is typed with its offset, or as a time from another, is never ambiguous
+  EXPECT_EQ(ParseWhen("2011-10-30T02:30+01:00", kMaple, paris).utc, reading.second.utc);
+  const LocalTime before{.utc = reading.first.utc - hours(3), .offset = hours(2)};
+  EXPECT_EQ(ParseWhen("+3h", before, paris).utc, reading.first.utc);
+  EXPECT_EQ(ParseWhen("+4h", before, paris).utc, reading.second.utc);
+  EXPECT_EQ(FormatLocal(ParseWhen("+4h", before, paris)), "2011-10-30T02:30:00+01:00");
+  EXPECT_THROW(ParseWhen("2011-10-30T02:30", kMaple, paris), OptionError);
+}
+
+TEST(CaptureTime, APhotoInTheHourOfAChangeIsRefusedUnlessGpsDecides) {
+  PhotoFacts facts;
+  facts.file = "IMG_0412.JPG";
+  facts.local_time = Wall(2011, 10, 30, 2, 30);
+  ExpectHolds(WordsOf<InputError>([&] { ResolveCaptureTime(facts, "Europe/Paris"); }),
+              {"IMG_0412.JPG", "occurred twice", "+01:00 for the second", "--taken"});
+  ExpectHolds(WordsOf<OptionError>(
+                  [&] { ResolveCaptureTime(facts, "Europe/Paris", "2011-03-27T02:30"); }),
+              {"taken", "did not exist", "2011-03-27T03:30:00+02:00"});
+  facts.gps_time = Instant(sys_days(year(2011) / October / 30)) + minutes(90);
+  facts.place = Place{.latitude_deg = 48.85, .longitude_deg = 2.35};
+  const CaptureTime decided = ResolveCaptureTime(facts, "Europe/Paris");
+  EXPECT_EQ(FormatLocal(decided.time), "2011-10-30T02:30:00+01:00");
+  ASSERT_EQ(decided.notes.size(), 1u);
+  ExpectHolds(decided.notes[0], {"occurred twice", "GPS time decides"});
+  facts.gps_time = {};
+  facts.offset = hours(1);  // So does the photo's own offset, without a word
+  EXPECT_TRUE(ResolveCaptureTime(facts, "Europe/Paris").notes.empty());
+}
+
+TEST(CaptureTime, AZoneThatGpsContradictsIsDoubted) {
+  PhotoFacts facts;
+  facts.file = "IMG_0412.JPG";
+  facts.local_time = Wall(2011, 7, 22, 13, 0);
+  facts.gps_time = kMaple.utc - minutes(4);
+  facts.place = Place{.latitude_deg = 40.35, .longitude_deg = -74.65};
+  EXPECT_TRUE(ResolveCaptureTime(facts, "America/New_York").notes.empty());
+  EXPECT_FALSE(ZoneAgainstGps(facts, {}));  // Nothing is said that GPS could contradict
+  const CaptureTime paris = ResolveCaptureTime(facts, "Europe/Paris");
+  EXPECT_EQ(paris.time.utc, *facts.gps_time);
+  ASSERT_EQ(paris.notes.size(), 1u);
+  ExpectHolds(paris.notes[0],
+              {"IMG_0412.JPG",
+               "Europe/Paris",
+               "2011-07-22T11:00:00+00:00",
+               "2011-07-22T16:56:00+00:00",
+               "-04:00 would agree"});
+  facts.offset = hours(-5);  // Summer time forgotten
+  const CaptureTime own = ResolveCaptureTime(facts);
+  ASSERT_EQ(own.notes.size(), 1u);
+  ExpectHolds(own.notes[0], {"its own offset", "-04:00 would agree"});
+  facts.gps_time = kMaple.utc - hours(49) - minutes(7);  // The day before yesterday's fix
+  const auto old = ZoneAgainstGps(facts, {});
+  ASSERT_TRUE(old);
+  ExpectHolds(*old, {"no zone would agree", "--taken"});
+  // What the user says of the time is not doubted by the photo's own
+  EXPECT_TRUE(ResolveCaptureTime(facts, {}, "2011-07-22T13:00-04:00").notes.empty());
 }
 
 TEST(CaptureTime, TheRulesGoOnAfterTheDatabaseEnds) {
@@ -137,10 +209,10 @@ TEST(CaptureTime, ComesBackFromEveryZone) {
     for (int i = 0; i < 300; ++i) {
       const Instant utc{seconds(random.uniform(0, 2000000000))};
       const LocalTime local = InZone(utc, zone);
-      const LocalTime back = FromWallClock(WallClockOf(local), zone);
-      if (back.note.empty()) {
-        EXPECT_EQ(back.utc, utc) << name << " " << FormatLocal(local);
-      }
+      const ClockReading back = ReadClock(WallClockOf(local), zone);
+      EXPECT_NE(back.kind, ClockReading::Kind::kNever) << name;
+      EXPECT_TRUE(back.first.utc == utc || back.second.utc == utc)
+          << name << " " << FormatLocal(local);
       EXPECT_EQ(ParseWhen(FormatLocal(local), kMaple).utc, utc);
     }
   }
@@ -212,7 +284,7 @@ TEST(CaptureTime, ComesFromTheBestThatThePhotoSays) {
   facts.offset = hours(-4);
   const CaptureTime own = ResolveCaptureTime(facts);
   EXPECT_EQ(FormatLocal(own.time), "2011-07-22T13:00:00-04:00");
-  EXPECT_TRUE(own.notes.empty());
+  ASSERT_EQ(own.notes.size(), 1u);  // That GPS says otherwise
   EXPECT_EQ(own.zone->fixed_offset, hours(-4));
   facts.place = Place{.latitude_deg = 40.35, .longitude_deg = -74.65};
   EXPECT_FALSE(

@@ -49,5 +49,13 @@ TEST(LightInWords, DoesNotMindWholeTurnsAndSectorEdges) {
   EXPECT_EQ(FewWords(-22.4, 5), "from the front, 5°");
 }
 
+TEST(LightInWords, TheCompassNeedsNoCamera) {
+  EXPECT_EQ(LightFromCompass(RadFromDeg(0), RadFromDeg(30)), "from the north, 30°");
+  EXPECT_EQ(LightFromCompass(RadFromDeg(230), RadFromDeg(61.6)),
+            "from the south-west, 62°");
+  EXPECT_EQ(LightFromCompass(RadFromDeg(-91), RadFromDeg(10)), "from the west, 10°");
+  EXPECT_EQ(LightFromCompass(RadFromDeg(-1000), -0.1), "from below the horizon");
+}
+
 }  // namespace
 }  // namespace relight
