@@ -30,6 +30,7 @@ relight_external(fmt MATCHES "^fmt::" PC fmt FIND "find_dependency(fmt)")
 relight_external(spdlog MATCHES "^spdlog::" PC spdlog FIND "find_dependency(spdlog)")
 relight_external(json MATCHES "^nlohmann_json::" PC nlohmann_json
   FIND "find_dependency(nlohmann_json)")
+relight_external(pugixml MATCHES "^pugixml::" PC pugixml FIND "find_dependency(pugixml)")
 relight_external(toml MATCHES "^tomlplusplus::" PC tomlplusplus
   FIND "find_dependency(tomlplusplus)")
 relight_external(highway MATCHES "^hwy::" PC libhwy FIND "find_dependency(hwy)")
