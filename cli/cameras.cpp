@@ -3,7 +3,7 @@
 #include "cli/verbs.h"
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
-#include "relight/cameras/colmap_model.h"
+#include "relight/cameras/import_cameras.h"
 #include "relight/capture/capture_cameras.h"
 #include "relight/capture/capture_times.h"
 
@@ -105,12 +105,12 @@ json JsonOf(const CamerasSummary& summary, const fs::path& folder) {
 }
 
 void Export(const std::vector<std::string>& to,
+            const Capture& capture,
             const CalibratedScene& scene,
             const ConsoleOptions& console) {
-  if (to[0] != "colmap") {
-    throw OptionError("--export writes colmap, got \"" + to[0] + "\"");
-  }
-  WriteColmap(to[1], scene);
+  std::map<std::string, std::string> files;
+  for (const ViewEntry& view : capture.file.views) files[view.name] = view.photo;
+  ExportCameras(to[0], to[1], scene, files);
   Say(console, "exported to " + to[1]);
 }
 
@@ -133,7 +133,7 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
   const bool only_export =
       !verb.export_to.empty() && !request.import && fs::exists(folder / "images.txt");
   if (only_export) {
-    Export(verb.export_to, SceneOf(capture), console);
+    Export(verb.export_to, capture, SceneOf(capture), console);
     if (!console.quiet) fmt::print("{}\n", verb.export_to[1]);
     return 0;
   }
@@ -147,7 +147,7 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
   }
   const CamerasSummary summary =
       MakeCameras(capture, request, ShowProgress(console, "cameras", plan.expected_s));
-  if (!verb.export_to.empty()) Export(verb.export_to, summary.scene, console);
+  if (!verb.export_to.empty()) Export(verb.export_to, capture, summary.scene, console);
 
   Say(console,
       fmt::format("{} cameras of {} photos",
@@ -182,12 +182,14 @@ Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
   app->add_option("source", verb->source, "capture folder")->required()->type_name("DIR");
   app->add_option("--import",
                   verb->import,
-                  "cameras that another program found, in place of running COLMAP")
+                  "cameras that another program found, in place of running COLMAP: "
+                  "colmap, bundler, "
+                  "transforms, metashape or realitycapture; guessed when left out")
       ->expected(1, 2)
       ->type_name("[FORMAT] PATH");
   app->add_option("--export",
                   verb->export_to,
-                  "write the cameras for another program, too: colmap PATH")
+                  "write the cameras for another program: colmap or transforms")
       ->expected(2)
       ->type_name("FORMAT PATH");
   app->add_flag("--matching-only",

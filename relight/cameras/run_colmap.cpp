@@ -257,8 +257,8 @@ bool IsExhaustive(const ColmapOptions& options, std::size_t photos) {
 }
 
 double ColmapSeconds(const ColmapJob& job, const ColmapOptions& options) {
-  constexpr double kSecondsPerMegapixel = 1.0, kSecondsPerPair = 0.25,
-                   kSecondsPerPhoto = 1.0;
+  constexpr double kSecondsPerMegapixel = 1.0, kSecondsPerPair = 0.35,
+                   kSecondsPerPhoto = 2.0;
   double seconds = 0;
   for (const ColmapGroup& group : job.groups) {
     const double shrink =
@@ -269,7 +269,7 @@ double ColmapSeconds(const ColmapJob& job, const ColmapOptions& options) {
                group.size.width_px * group.size.height_px * shrink * shrink;
   }
   const std::size_t photos = CountOf(job);
-  const double by_features = std::pow(options.features / 6000.0, 2);
+  const double by_features = std::pow(options.features / 4000.0, 1.5);
   return seconds +
          kSecondsPerPair * by_features *
              static_cast<double>(PairsOf(photos, IsExhaustive(options, photos))) +

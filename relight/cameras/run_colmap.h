@@ -31,7 +31,7 @@ inline std::span<const EnumWord<Matching>> EnumWords(Matching) { return kMatchin
 struct ColmapOptions {
   Matching matching = Matching::kAuto;
   int longest_px = 2000;  // Photos are searched for features at this size.
-  int features = 6000;    // At most, of a photo.
+  int features = 4000;    // At most, of a photo.
 };
 
 template <class Visitor>

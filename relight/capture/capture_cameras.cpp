@@ -5,6 +5,7 @@
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
 #include "relight/cameras/colmap_model.h"
+#include "relight/cameras/import_cameras.h"
 #include "relight/cameras/level_camera.h"
 #include "relight/cameras/view_name.h"
 #include "relight/capture/capture_folder.h"
@@ -445,7 +446,15 @@ CamerasSummary MakeCameras(const Capture& capture,
   const std::vector<PhotoOfView> photos = PhotosOf(capture);
   CamerasSummary summary;
   if (request.import) {
-    summary.scene = ReadColmap(*request.import);
+    PhotoSizes sizes;
+    for (const PhotoOfView& photo : photos) {
+      sizes[photo.entry.name] = {photo.facts.width, photo.facts.height};
+    }
+    summary.scene = ImportCameras(
+        request.import_format,
+        *request.import,
+        sizes,
+        request.matching_only ? UnknownPhotos::kLeaveOut : UnknownPhotos::kRefuse);
     summary.made_by = "import of " + request.import->string();
   } else {
     if (photos.size() < 3) {

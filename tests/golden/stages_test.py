@@ -179,8 +179,8 @@ class SingleVerbs(RelightCase):
         (capture / "cameras").rename(model)
         self.done("cameras", capture, "--import", "colmap", model)
         self.assertEqual((capture / "cameras" / "images.txt").read_text().count("view_"), 3)
-        self.refused("cameras", capture, "--import", "bundler", model, code=2,
-                     names=["bundler", "colmap"])
+        self.refused("cameras", capture, "--import", "polaroid", model,
+                     names=["polaroid", "bundler", "colmap"])
         self.refused("cameras", capture, "--import", "colmap", self.folder,
                      names=["cameras.txt"])
 
