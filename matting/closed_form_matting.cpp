@@ -16,22 +16,37 @@
 namespace relight {
 namespace {
 
+// Between two looks at whether to go on: no photo is so wide that these take long.
+constexpr int kBandRows = 128;
+
 // The pixels of the system: the unknown ones and what is within two pixels of them.
 PixelRuns SystemOf(const cv::Mat1b& trimap, const Progress& progress) {
-  cv::Mat1b inside;
-  cv::dilate(trimap == kTrimapUnknown,
-             inside,
-             cv::Mat::ones(5, 5, CV_8U),
-             {-1, -1},
-             1,
-             cv::BORDER_CONSTANT,
-             cv::Scalar(0));
+  const cv::Mat1b unknown = trimap == kTrimapUnknown;
+  cv::Mat1b inside(trimap.size());
+  for (int y = 0; y < trimap.rows; y += kBandRows) {
+    progress.Report(0);
+    // What lies beyond the band is read, too
+    const cv::Range band(y, std::min(trimap.rows, y + kBandRows));
+    cv::Mat1b out = inside.rowRange(band);
+    cv::dilate(unknown.rowRange(band),
+               out,
+               cv::Mat::ones(5, 5, CV_8U),
+               {-1, -1},
+               1,
+               cv::BORDER_CONSTANT,
+               cv::Scalar(0));
+  }
   return PixelRuns(inside, progress);
 }
 
 template <class Body>
-void ForPixels(const PixelRuns& pixels, const Body& body) {
+void ForPixels(const PixelRuns& pixels, const Body& body, const Progress& progress) {
+  int reported = -1;
   for (const PixelRun& run : pixels.runs) {
+    if (run.y / kBandRows != reported) {
+      reported = run.y / kBandRows;
+      progress.Report(1);
+    }
     for (int i = 0; i < run.length; ++i) body(run.x + i, run.y, run.below[0] + i);
   }
 }
@@ -49,16 +64,20 @@ MattingSystem MakeMattingSystem(const cv::Mat3f& image,
 
   // The normal equations of (M1): (L + lambda D) alpha = lambda D alpha*
   std::vector<float> right_side(static_cast<std::size_t>(pixels->slots));
-  ForPixels(*pixels, [&](int x, int y, std::int32_t slot) {
-    const std::uint8_t label = trimap(y, x);
-    double weight = options.lambda, alpha = label == kTrimapForeground ? 1 : 0;
-    if (label == kTrimapUnknown) {
-      weight = prior.alpha.empty() ? 0.0 : options.prior_weight * prior.confidence(y, x);
-      alpha = prior.alpha.empty() ? 0.0 : prior.alpha(y, x);
-    }
-    matrix.entry[0][slot] += static_cast<float>(weight);
-    right_side[slot] = static_cast<float>(weight * alpha);
-  });
+  ForPixels(
+      *pixels,
+      [&](int x, int y, std::int32_t slot) {
+        const std::uint8_t label = trimap(y, x);
+        double weight = options.lambda, alpha = label == kTrimapForeground ? 1 : 0;
+        if (label == kTrimapUnknown) {
+          weight =
+              prior.alpha.empty() ? 0.0 : options.prior_weight * prior.confidence(y, x);
+          alpha = prior.alpha.empty() ? 0.0 : prior.alpha(y, x);
+        }
+        matrix.entry[0][slot] += static_cast<float>(weight);
+        right_side[slot] = static_cast<float>(weight * alpha);
+      },
+      progress);
   return {std::move(pixels), std::move(matrix), std::move(right_side)};
 }
 
@@ -70,8 +89,12 @@ MatteEstimate Solve(const cv::Mat3f& image,
                     const Progress& progress) {
   MatteEstimate estimate;
   estimate.alpha.create(image.size());
-  estimate.alpha.setTo(0.0f);
-  estimate.alpha.setTo(1.0f, trimap == kTrimapForeground);
+  for (int y = 0; y < image.rows; ++y) {
+    if (y % kBandRows == 0) progress.Report(0);
+    for (int x = 0; x < image.cols; ++x) {
+      estimate.alpha(y, x) = trimap(y, x) == kTrimapForeground ? 1.0f : 0.0f;
+    }
+  }
   estimate.summary.unknown_pixels = cv::countNonZero(trimap == kTrimapUnknown);
   if (estimate.summary.unknown_pixels == 0) return estimate;
 
@@ -90,10 +113,13 @@ MatteEstimate Solve(const cv::Mat3f& image,
                      {.relative_residual = options.relative_residual,
                       .most_iterations = options.most_iterations},
                      progress.Part(0.4, 1.0));
-  ForPixels(*system.pixels, [&](int px, int py, std::int32_t slot) {
-    if (trimap(py, px) != kTrimapUnknown) return;  // As the user said
-    estimate.alpha(py, px) = std::clamp(x[slot], 0.0f, 1.0f);
-  });
+  ForPixels(
+      *system.pixels,
+      [&](int px, int py, std::int32_t slot) {
+        if (trimap(py, px) != kTrimapUnknown) return;  // As the user said
+        estimate.alpha(py, px) = std::clamp(x[slot], 0.0f, 1.0f);
+      },
+      progress);
   estimate.summary.iterations = solved.iterations;
   estimate.summary.relative_residual = solved.relative_residual;
   return estimate;
@@ -113,8 +139,11 @@ MatteEstimate EstimateMatte(const cv::Mat3f& linear,
                      std::to_string(linear.cols) + " x " + std::to_string(linear.rows) +
                      "; make the trimap at the photo's size");
   }
-  if (!cv::checkRange(linear)) {
-    throw InputError("the photo holds pixels that are no numbers (NaN) or infinite");
+  for (int y = 0; y < linear.rows; y += kBandRows) {
+    progress.Report(0);
+    if (!cv::checkRange(linear.rowRange(y, std::min(linear.rows, y + kBandRows)))) {
+      throw InputError("the photo holds pixels that are no numbers (NaN) or infinite");
+    }
   }
   if (linear.rows >= 3 && linear.cols >= 3) {
     return Solve(linear, trimap, options, progress);

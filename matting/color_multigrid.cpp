@@ -67,7 +67,9 @@ ColorMultigrid::ColorMultigrid(const StencilMatrix& a,
                                const cv::Mat3f& image,
                                const Progress& progress)
     : a_(a), image_(image), rest_(static_cast<std::size_t>(a.pixels->slots)) {
+  progress.Report(0);
   CellGrid finest(CellsOf(*a.pixels, image.size()));
+  progress.Report(0);
   const auto colors = FindColors(finest, progress.Part(0, 0.4));
   Project(finest, progress.Part(0.4, 0.9));
   grids_ = std::make_unique<CellGrids>(std::move(finest), colors, progress.Part(0.9, 1));

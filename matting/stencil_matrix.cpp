@@ -105,9 +105,15 @@ void ForStripes(int rows,
 
 StencilMatrix::StencilMatrix(const PixelRuns& of, const Progress& progress)
     : pixels(&of) {
+  // Piece by piece, for the system takes its time to hand out memory
+  constexpr std::size_t kPiece = 1 << 20;
+  const auto slots = static_cast<std::size_t>(of.slots);
   for (auto& e : entry) {
-    progress.Report(0);
-    e.assign(static_cast<std::size_t>(of.slots), 0.0f);
+    e.reserve(slots);
+    while (e.size() < slots) {
+      progress.Report(0);
+      e.resize(std::min(slots, e.size() + kPiece), 0.0f);
+    }
   }
 }
 

@@ -60,7 +60,8 @@ class RealPhotos(unittest.TestCase):
 
     def test_fern_is_a_capture_with_cameras(self):
         relight("init", self.work / "fern", PHOTOS / "fern" / "images")
-        relight("cameras", self.work / "fern", "--import", "colmap", PHOTOS / "fern" / "sparse")
+        relight("cameras", self.work / "fern", "--import", "colmap", PHOTOS / "fern" / "sparse",
+                "--keep-frame")
         info = json.loads(relight("info", self.work / "fern", "--json").stdout)
         self.assertEqual(len(info["views"]), 20)
         self.assertTrue(all(view["camera"] for view in info["views"]))

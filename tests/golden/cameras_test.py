@@ -1,0 +1,200 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""`relight cameras` from outside: COLMAP on real photographs ($RELIGHT_SHARED/data/photos,
+skipped when they or COLMAP are not there), import, export, where on Earth, and what is said
+when something is missing."""
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from relight_runner import PROGRAM, SAMPLE, SHARED, RelightCase, relight
+
+PHOTOS = SHARED / "data" / "photos"
+HAS_COLMAP = shutil.which("colmap") is not None
+
+# Smaller and fewer than by default, so that a run takes a minute: the figures hold all the same
+QUICK = ("--features", "2000", "--longest", "1000")
+
+
+def enu(place, origin):
+    """East, north, up [m] of a place (WGS84) seen from another, by way of the Earth's centre."""
+    a, f = 6378137.0, 1 / 298.257223563
+    e2 = f * (2 - f)
+
+    def ecef(lat, lon, h):
+        lat, lon = math.radians(lat), math.radians(lon)
+        n = a / math.sqrt(1 - e2 * math.sin(lat) ** 2)
+        return ((n + h) * math.cos(lat) * math.cos(lon),
+                (n + h) * math.cos(lat) * math.sin(lon), (n * (1 - e2) + h) * math.sin(lat))
+    x, y, z = (p - o for p, o in zip(ecef(*place), ecef(*origin)))
+    lat, lon = math.radians(origin[0]), math.radians(origin[1])
+    east = -math.sin(lon) * x + math.cos(lon) * y
+    toward = math.cos(lon) * x + math.sin(lon) * y
+    return (east, -math.sin(lat) * toward + math.cos(lat) * z,
+            math.cos(lat) * toward + math.sin(lat) * z)
+
+
+def positions(images_txt):
+    """Camera centres of a COLMAP text model, by view."""
+    found = {}
+    lines = [line for line in images_txt.read_text().splitlines() if not line.startswith("#")]
+    for line in lines[::2]:
+        words = line.split()
+        w, x, y, z = map(float, words[1:5])
+        t = list(map(float, words[5:8]))
+        rotation = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                    [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                    [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+        view = words[9].rsplit("/", 1)[-1].rsplit(".", 1)[0]
+        found[view] = [-sum(rotation[k][i] * t[k] for k in range(3)) for i in range(3)]
+    return found
+
+
+@unittest.skipUnless(HAS_COLMAP, "COLMAP is not installed")
+@unittest.skipUnless(PHOTOS.is_dir(), f"{PHOTOS} is not there; set RELIGHT_SHARED")
+class Colmap(RelightCase):
+    def test_a_park_seen_by_a_drone_gets_its_metres_and_its_north(self):
+        park = self.folder / "park"
+        self.done("init", park, PHOTOS / "brighton_park" / "images")
+        done = self.done("cameras", park, *QUICK, "--json", timeout=1500)
+        result = done.json
+        self.assertEqual(len(result["views"]), 18, done.err)
+        self.assertIn("about", done.err)  # What it does and how long, before it starts
+        self.assertIn("GPS", result["north"]["from"])
+
+        # The published frame: east, north, up about 46.842 N 91.994 W, heights from take-off
+        truth = positions(PHOTOS / "brighton_park" / "sparse_enu" / "images.txt")
+        origin = result["origin"]
+        shift = enu(origin, (46.842, -91.994, origin[2]))
+        off, turns = [], []
+        heights = [v["position_m"][2] - truth[v["view"]][2] for v in result["views"]]
+        mean = sum(heights) / len(heights)  # Of the ground here to take-off
+        for view, height in zip(result["views"], heights):
+            east, north, _ = (p + s for p, s in zip(view["position_m"], shift))
+            off.append(math.dist((east, north, height - mean), (*truth[view["view"]][:2], 0)))
+        self.assertLess(max(off), 1.0)
+
+        # North: the azimuth from the first camera to the farthest, here less there
+        first = result["views"][0]
+        for view in result["views"]:
+            here = [b - a for a, b in zip(first["position_m"], view["position_m"])]
+            there = [b - a for a, b in zip(truth[first["view"]], truth[view["view"]])]
+            if math.hypot(*there[:2]) > 50:
+                turn = math.atan2(*here[:2]) - math.atan2(*there[:2])
+                turns.append((math.degrees(turn) + 180) % 360 - 180)
+        turn = sum(turns) / len(turns)
+        sky = self.done("sky", "--place", "46.842,-91.993", "--taken",
+                        "2016-06-23T16:33-05:00", "--json").json
+        for shadow in (77.6, 80.8):  # Measured in that frame
+            apart = sky["sun_azimuth_deg"] - 180 - (shadow + turn)
+            self.assertLess(abs(apart), 4.0)
+        print(f"brighton_park: at most {max(off):.2f} m off, north {turn:+.2f} deg",
+              flush=True)
+
+    def test_fern_is_registered_whole(self):
+        fern = self.folder / "fern"
+        self.done("init", fern, PHOTOS / "fern" / "images")
+        # Its photos were taken within half a metre, indoors: GPS tells no scale
+        done = self.done("cameras", fern, *QUICK, "--scale-from", "IMG_4026", "IMG_4045", "0.5",
+                         "--json", timeout=1500)
+        self.assertEqual(len(done.json["views"]), 20, done.err)
+        self.assertIn("compass", done.json["north"]["from"])
+
+    def test_stopping_leaves_nothing(self):
+        park = self.folder / "park"
+        self.done("init", park, PHOTOS / "brighton_park" / "images")
+        process = subprocess.Popen([PROGRAM, "cameras", str(park)], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, text=True)
+        time.sleep(4)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+        self.assertEqual(process.returncode, 130)
+        self.assertFalse((park / "cameras").exists())
+        running = subprocess.run(["pgrep", "-f", str(park)], capture_output=True, text=True)
+        self.assertEqual(running.stdout, "", "COLMAP goes on after its stop")
+
+
+class Cameras(RelightCase):
+    def setUp(self):
+        super().setUp()
+        self.capture = self.folder / "maple"
+        self.done("init", self.capture, SAMPLE / "photos")
+        self.model = SAMPLE / "cameras"
+
+    def test_without_colmap_it_says_how_to_get_it(self):
+        self.refused("cameras", self.capture, env={"PATH": str(self.folder)},
+                     names=["COLMAP is not installed", "apt install colmap", "--import"])
+
+    def test_a_model_in_its_own_frame_is_put_on_the_earth(self):
+        # The same cameras, turned about z by 40 degrees and 3 times as large
+        before = self.done("cameras", self.capture, "--import", self.model, "--json").json
+        self.assertTrue(before["kept_frame"])
+        self.done("cameras", self.capture, "--export", "transforms", self.folder / "t.json")
+        scene = json.loads((self.folder / "t.json").read_text())
+        c, s = math.cos(math.radians(40)), math.sin(math.radians(40))
+        turn = [[c, -s, 0], [s, c, 0], [0, 0, 1]]
+        for frame in scene["frames"]:
+            m = frame["transform_matrix"]
+            turned = [[sum(turn[i][k] * m[k][j] for k in range(3)) for j in range(4)]
+                      for i in range(3)]
+            for row in turned:
+                row[3] *= 3
+            frame["transform_matrix"] = turned + [[0, 0, 0, 1]]
+        (self.folder / "t.json").write_text(json.dumps(scene))
+        done = self.done("cameras", self.capture, "--import", self.folder / "t.json", "--json")
+        after = done.json
+        self.assertFalse(after["kept_frame"])
+        headings = {v["view"]: v["heading_deg"] for v in before["views"]}
+        for view in after["views"]:
+            apart = (view["heading_deg"] - headings[view["view"]] + 180) % 360 - 180
+            self.assertLess(abs(apart), 0.2)  # EXIF has places to some centimetres
+        ends = [[v["position_m"] for v in result["views"]][::len(result["views"]) - 1]
+                for result in (before, after)]
+        self.assertAlmostEqual(math.dist(*ends[1]) / math.dist(*ends[0]), 1, delta=0.01)
+        self.assertIn("sure to", done.err)
+
+        # A distance that the user gives is joined in, and outweighs GPS
+        names = [after["views"][0]["view"], after["views"][-1]["view"]]
+        longer = self.done("cameras", self.capture, "--import", self.folder / "t.json",
+                           "--scale-from", *names, 1.02 * math.dist(*ends[0]), "--json").json
+        self.assertIn("--scale-from", longer["scale"]["from"])
+        self.refused("cameras", self.capture, "--import", self.folder / "t.json",
+                     "--heading", "nobody=120", names=["nobody"])
+
+    def test_exports_come_back(self):
+        self.done("cameras", self.capture, "--import", "colmap", self.model, "--keep-frame")
+        kept = positions(self.capture / "cameras" / "images.txt")
+        for form, path in (("colmap", "model"), ("transforms", "t.json")):
+            self.done("cameras", self.capture, "--export", form, self.folder / path)
+            self.done("cameras", self.capture, "--import", form, self.folder / path,
+                      "--keep-frame")
+            again = positions(self.capture / "cameras" / "images.txt")
+            self.assertEqual(kept.keys(), again.keys())
+            for view, position in kept.items():
+                self.assertLess(math.dist(position, again[view]), 1e-9)
+
+    def test_wrong_words_are_refused(self):
+        given = ("cameras", self.capture, "--import", self.model)
+        self.refused(*given, "--up", "0,0", code=2, names=["X,Y,Z"])
+        self.refused(*given, "--up", "0,0,0", code=2, names=["no direction"])
+        self.refused(*given, "--scale-from", "view_00", "view_01", "-3", code=2,
+                     names=["above 0 m"])
+        self.refused(*given, "--scale-from", "view_00", "view_99", "3", names=["view_99"])
+        self.refused(*given, "--heading", "view_00=upwards", code=2, names=["upwards"])
+        self.refused(*given, "--north-from-shadow", "view_00", "1,2", "3", code=2,
+                     names=["x1,y1"])
+        self.refused(*given, "--gps-error", "0", code=2, names=["gps-error", "> 0"])
+        self.refused("cameras", self.capture, "--matching", "guess", code=2,
+                     names=["exhaustive", "sequential"])
+        self.refused("cameras", self.capture, "--import", self.folder / "nothing",
+                     names=["nothing"])
+        self.refused("cameras", self.folder / "nowhere", names=["nowhere"])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
