@@ -3,7 +3,9 @@
 #include "cli/verbs.h"
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
+#include "relight/base/write_file.h"
 #include "relight/cameras/import_cameras.h"
+#include "relight/capture/cameras_report.h"
 #include "relight/capture/capture_cameras.h"
 #include "relight/capture/capture_times.h"
 
@@ -27,6 +29,7 @@ struct CamerasVerb {
   std::vector<std::string> export_to;  // FORMAT PATH
   CamerasRequest request;
   std::map<std::string, std::string> georeference, colmap;
+  bool report = false;
   bool as_json = false;
 };
 
@@ -114,6 +117,14 @@ void Export(const std::vector<std::string>& to,
   Say(console, "exported to " + to[1]);
 }
 
+void Report(const Capture& capture,
+            const CamerasSummary& summary,
+            const ConsoleOptions& console) {
+  const fs::path file = capture.folder / "cameras" / "report.html";
+  WriteTextWhole(file, CamerasReport(capture, summary, ShowProgress(console, "report")));
+  if (!console.quiet) fmt::print("{}\n", file.string());
+}
+
 int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
   CamerasRequest& request = verb.request;
   for (const auto& [name, text] : verb.georeference) {
@@ -129,12 +140,17 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
   const Capture capture = OpenCapture(verb.source);
   const fs::path folder = verb.source / "cameras";
 
-  // Only written elsewhere, when there are cameras and nothing asks for others
-  const bool only_export =
-      !verb.export_to.empty() && !request.import && fs::exists(folder / "images.txt");
-  if (only_export) {
-    Export(verb.export_to, capture, SceneOf(capture), console);
-    if (!console.quiet) fmt::print("{}\n", verb.export_to[1]);
+  // Only looked at or written elsewhere, when there are cameras and nothing asks for
+  // others
+  const bool looks_only = (verb.report || !verb.export_to.empty()) && !request.import &&
+                          fs::exists(folder / "images.txt");
+  if (looks_only) {
+    const CamerasSummary kept = KeptCameras(capture);
+    if (!verb.export_to.empty()) {
+      Export(verb.export_to, capture, kept.scene, console);
+      if (!console.quiet) fmt::print("{}\n", verb.export_to[1]);
+    }
+    if (verb.report) Report(capture, kept, console);
     return 0;
   }
 
@@ -170,6 +186,7 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
   } else if (!console.quiet) {
     fmt::print("{}\n", folder.string());
   }
+  if (verb.report) Report(capture, summary, console);
   return 0;
 }
 
@@ -195,6 +212,10 @@ Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
   app->add_flag("--matching-only",
                 verb->request.matching_only,
                 "leave out cameras without photo and photos without camera");
+  app->add_flag("--report",
+                verb->report,
+                "a page to look at, cameras/report.html; of cameras that are there "
+                "already, unless others are asked for with --import");
   app->add_flag("--json", verb->as_json, "what was found, for machines");
 
   const char* frame = "Where on Earth";

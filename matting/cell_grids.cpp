@@ -104,11 +104,13 @@ OrthonormalBasis::OrthonormalBasis(const Eigen::Matrix4d& gram) {
   }
 }
 
-CellGrid::CellGrid(const cv::Mat1b& inside) : size(inside.size()) {
+CellGrid::CellGrid(const cv::Mat1b& inside, const Progress& progress)
+    : size(inside.size()) {
   cv::Mat1i index(inside.size(), -1);
   first_of_row.reserve(static_cast<std::size_t>(inside.rows) + 1);
   cells.reserve(static_cast<std::size_t>(cv::countNonZero(inside)));
   for (int y = 0; y < inside.rows; ++y) {
+    progress.Report(0);
     first_of_row.push_back(static_cast<int>(cells.size()));
     for (int x = 0; x < inside.cols; ++x) {
       if (!inside(y, x)) continue;
@@ -123,6 +125,7 @@ CellGrid::CellGrid(const cv::Mat1b& inside) : size(inside.size()) {
   const cv::Rect all({0, 0}, inside.size());
   const auto at = [&](int x, int y) { return all.contains({x, y}) ? index(y, x) : -1; };
   for (Cell& cell : cells) {
+    if (cell.column == 0) progress.Report(0);
     for (int link = 0; link < kLinks; ++link) {
       const auto [dx, dy] = kLinkOffset[link];
       cell.later[link] = at(cell.column + dx, cell.row + dy);
@@ -164,7 +167,7 @@ std::vector<CellColors> CellGrids::AddCoarser(const std::vector<CellColors>& fin
   cv::Mat1b inside(
       (fine.size.height + 1) / 2, (fine.size.width + 1) / 2, std::uint8_t{0});
   for (const Cell& cell : fine.cells) inside(cell.row / 2, cell.column / 2) = 1;
-  CellGrid coarse(inside);
+  CellGrid coarse(inside, progress);
   for (int y = 0; y < fine.size.height; ++y) {
     int c = coarse.first_of_row[y / 2];
     for (int n = fine.first_of_row[y]; n < fine.first_of_row[y + 1]; ++n) {
@@ -173,14 +176,18 @@ std::vector<CellColors> CellGrids::AddCoarser(const std::vector<CellColors>& fin
     }
   }
 
+  // Long loops look now and then whether to go on
+  const auto look = [&](std::size_t n) {
+    if (n % 0x8000 == 0) progress.Report(0);
+  };
   std::vector<CellColors> colors(coarse.cells.size());
   for (std::size_t n = 0; n < fine.cells.size(); ++n) {
+    look(n);
     CellColors& of = colors[fine.cells[n].parent];
     of.pixels += fine_colors[n].pixels;
     of.mean += fine_colors[n].pixels * fine_colors[n].mean;
   }
   for (CellColors& of : colors) of.mean /= of.pixels;
-  progress.Report(0);
 
   // The parent's phi in a cell's numbers: means differ, so phi_parent = phi S
   const auto parent_phi = [&](std::size_t n) {
@@ -191,20 +198,21 @@ std::vector<CellColors> CellGrids::AddCoarser(const std::vector<CellColors>& fin
   };
   std::vector<Eigen::Matrix4d> gram(coarse.cells.size(), Eigen::Matrix4d::Zero());
   for (std::size_t n = 0; n < fine.cells.size(); ++n) {
+    look(n);
     const Eigen::Matrix4d phi = parent_phi(n);
     gram[fine.cells[n].parent] += phi.transpose() * phi;
   }
-  progress.Report(0);
   std::vector<Eigen::Matrix4d> t(coarse.cells.size());
   for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
+    look(c);
     const OrthonormalBasis basis(gram[c]);
     colors[c].r = basis.r;
     t[c] = basis.t;
   }
   for (std::size_t n = 0; n < fine.cells.size(); ++n) {
+    look(n);
     fine.cells[n].from_parent = (parent_phi(n) * t[fine.cells[n].parent]).cast<float>();
   }
-  progress.Report(0);
 
   // P^T A P
   for (int y = 0; y < fine.size.height; ++y) {

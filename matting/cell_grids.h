@@ -53,7 +53,7 @@ struct CellColors {
 
 struct CellGrid {
   // The cells where `inside` is not 0, linked, A zero.
-  explicit CellGrid(const cv::Mat1b& inside);
+  explicit CellGrid(const cv::Mat1b& inside, const Progress& progress = {});
 
   cv::Size size;
   std::vector<Cell> cells;        // In reading order.

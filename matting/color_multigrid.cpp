@@ -68,7 +68,7 @@ ColorMultigrid::ColorMultigrid(const StencilMatrix& a,
                                const Progress& progress)
     : a_(a), image_(image), rest_(static_cast<std::size_t>(a.pixels->slots)) {
   progress.Report(0);
-  CellGrid finest(CellsOf(*a.pixels, image.size()));
+  CellGrid finest(CellsOf(*a.pixels, image.size()), progress.Part(0, 0));
   progress.Report(0);
   const auto colors = FindColors(finest, progress.Part(0, 0.4));
   Project(finest, progress.Part(0.4, 0.9));

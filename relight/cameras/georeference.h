@@ -82,8 +82,8 @@ void Describe(GeoreferenceOptions& o, Visitor&& field) {
 
 struct ViewResidual {
   std::string view;
-  std::optional<double> gps_m;        // From its place to its camera, on the ground.
-  std::optional<double> compass_rad;  // Compass less camera, in (-pi, pi].
+  std::optional<double> gps_m = {};        // From its place to its camera, on the ground.
+  std::optional<double> compass_rad = {};  // Compass less camera, in (-pi, pi].
   bool gps_is_outlier = false;
   bool compass_is_outlier = false;
 };

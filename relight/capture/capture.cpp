@@ -163,9 +163,9 @@ std::optional<fs::path> FileOfView(const Capture& capture,
 std::map<std::string, Camera> CamerasOf(const Capture& capture) {
   if (!fs::exists(capture.folder / "cameras" / "images.txt")) {
     const std::string command = "relight cameras " + capture.folder.string();
-    throw InputError(capture.folder.string() + ": no cameras yet; find them with: " +
-                     command + "\nor import what another program found: " + command +
-                     " --import PATH");
+    throw InputError(
+        capture.folder.string() + ": no cameras yet; find them with: " + command +
+        "\nor import what another program found: " + command + " --import PATH");
   }
   std::map<std::string, Camera> cameras;
   for (const NamedCamera& named : ReadColmap(capture.folder / "cameras").cameras) {

@@ -393,7 +393,10 @@ void PutOnEarth(const CamerasRequest& request,
 }
 
 json FrameJson(const CamerasSummary& summary) {
-  json frame = {{"frame", "east, north, up in metres"}, {"made_by", summary.made_by}};
+  json frame = {{"frame", "east, north, up in metres"},
+                {"made_by", summary.made_by},
+                {"missing", summary.missing},
+                {"notes", summary.notes}};
   if (const auto& origin = summary.scene.enu_origin) {
     frame["origin"] = {origin->latitude_deg, origin->longitude_deg, origin->altitude_m};
   }
@@ -541,6 +544,47 @@ CalibratedScene SceneOf(const Capture& capture) {
                         });
   if (is_place) scene.enu_origin = Place{origin[0], origin[1], origin[2]};
   return scene;
+}
+
+CamerasSummary KeptCameras(const Capture& capture) {
+  CamerasSummary summary;
+  summary.scene = SceneOf(capture);
+  summary.tree = FindTreePlace(summary.scene);
+  summary.made_by = "unknown";
+  const fs::path file = capture.folder / "cameras" / "frame.json";
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return summary;
+  const json frame = json::parse(ReadText(file, 10'000'000), nullptr, false);
+  try {
+    summary.made_by = frame.at("made_by");
+    summary.missing = frame.value("missing", summary.missing);
+    summary.notes = frame.value("notes", summary.notes);
+    summary.tree.ground_from = frame.at("ground").at("from");
+    if (!frame.contains("north")) return summary;
+    Georeference found;
+    found.kept_frame = frame.at("kept");
+    found.north_from = frame.at("north").at("from");
+    found.north_error_rad = RadFromDeg(frame.at("north").at("error_deg"));
+    found.up_from = frame.at("up").at("from");
+    found.up_error_rad = RadFromDeg(frame.at("up").at("error_deg"));
+    found.scale_from = frame.at("scale").at("from");
+    found.scale_error = frame.at("scale").at("error");
+    for (const json& view : frame.value("residuals", json::array())) {
+      ViewResidual residual{.view = view.at("view")};
+      if (view.contains("gps_m")) residual.gps_m = view.at("gps_m");
+      if (view.contains("compass_deg"))
+        residual.compass_rad = RadFromDeg(view.at("compass_deg"));
+      residual.gps_is_outlier = view.at("gps_is_outlier");
+      residual.compass_is_outlier = view.at("compass_is_outlier");
+      found.residuals.push_back(residual);
+    }
+    summary.georeference = found;
+  } catch (const json::exception&) {
+    summary.notes.push_back(file.string() +
+                            ": was changed and cannot be read; \"relight cameras\" "
+                            "writes it again");
+  }
+  return summary;
 }
 
 std::vector<ViewGap> GapsAround(const CalibratedScene& scene,

@@ -60,6 +60,11 @@ CamerasSummary MakeCameras(const Capture& capture,
                            const CamerasRequest& request,
                            const Progress& progress = {});
 
+// What the last MakeCameras found, as it is kept in cameras/. Throws InputError as
+// CamerasOf does. A frame.json that was changed or taken away is no error: what it would
+// say is left out.
+CamerasSummary KeptCameras(const Capture& capture);
+
 // The whole of cameras/: points and the origin's place, too. Throws InputError as
 // CamerasOf (relight/capture/capture.h) does.
 CalibratedScene SceneOf(const Capture& capture);

@@ -1,52 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/composite/frame_page.h"
 
+#include "relight/composite/html_text.h"
+
 #include <nlohmann/json.hpp>
 
 #include <numbers>
 
 namespace relight {
 namespace {
-
-std::string Base64(const std::string& bytes) {
-  static constexpr char kDigits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto byte = [&](std::size_t k) -> unsigned {
-      return i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u;
-    };
-    const unsigned bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += i + k <= bytes.size() ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
-    }
-  }
-  return text;
-}
-
-std::string Escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
 
 // JSON inside of <script>: no "</script>" may stand in it.
 std::string ScriptJson(const nlohmann::json& json) {
@@ -122,8 +84,8 @@ std::string FramePage(const std::string& title, const std::vector<PageFrame>& fr
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<link rel=\"icon\" href=\"data:,\">\n<title>" +
-         Escaped(title) + "</title>\n<style>" + kStyle +
-         "</style>\n</head>\n<body>\n<main>\n<h1>" + Escaped(title) +
+         HtmlEscaped(title) + "</title>\n<style>" + kStyle +
+         "</style>\n</head>\n<body>\n<main>\n<h1>" + HtmlEscaped(title) +
          "</h1>\n<img id=\"frame\" alt=\"\">\n"
          "<div class=\"controls\">\n<button id=\"play\" type=\"button\">Play</button>\n"
          "<input id=\"hour\" type=\"range\" min=\"0\" max=\"" +
