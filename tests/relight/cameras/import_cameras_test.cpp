@@ -461,6 +461,15 @@ TEST(ImportCameras, ComplaintsNameFilePlaceAndRemedy) {
   EXPECT_TRUE(
       Says(table_says("view_10.jpg,", "view_10.jpg,x"), {"a.csv:3: ", "x is no"}));
 
+  // Found by a fuzzer: a column of a name that is there before
+  EXPECT_TRUE(Says(table_says(",alt,", ",alt,alt,"), {"16 columns, not 17"}));
+  EXPECT_EQ(Complaint({{"a.csv",
+                        "#name,x,x,y,alt,heading,pitch,roll,f\n"
+                        "view_10.jpg,1,9,2,3,0,90,0,24\n"}},
+                      "realitycapture",
+                      photos),
+            "");
+
   const std::string xmp = tests::RealityCaptureXmp(cameras[0], true);
   const auto xmp_says = [&](const std::string& from, const std::string& to) {
     return Complaint({{"view_10.xmp", Changed(xmp, from, to)}}, "realitycapture", photos);
