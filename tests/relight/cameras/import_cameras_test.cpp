@@ -61,6 +61,12 @@ testing::AssertionResult Says(const std::string& text,
   return testing::AssertionSuccess();
 }
 
+std::string Changed(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
 // Random points in each camera's frame land on the same pixels. `world` takes the points
 // from the world of the made cameras to that of the scene.
 void ExpectSamePixels(
@@ -271,6 +277,49 @@ TEST(ImportCameras, BlendersTransformsTakeTheSizesOfThePhotos) {
                    {"transforms.json", "the size of the photo \"r_0\"", "add it"}));
 }
 
+// A photo that lies on its side in its file, as telephones write it: the camera is that
+// of the upright photo, where a pixel (u, v) of the file stands at another place.
+TEST(ImportCameras, MetashapesPhotosAreTurnedUpright) {
+  const std::vector<MadeCamera> cameras = WithAspect();
+  const MadeCamera& c = cameras[0];
+  const std::string upright = tests::MetashapeText({c}, nullptr);
+  struct Turn {
+    const char* orientation;
+    std::function<Eigen::Vector2d(Eigen::Vector2d)> place;
+  };
+  const Turn turns[] = {
+      {"1", [](Eigen::Vector2d at) { return at; }},
+      {"6", [&](Eigen::Vector2d at) { return Eigen::Vector2d(c.h - at[1], at[0]); }},
+      {"3",
+       [&](Eigen::Vector2d at) { return Eigen::Vector2d(c.w - at[0], c.h - at[1]); }},
+      {"8", [&](Eigen::Vector2d at) { return Eigen::Vector2d(at[1], c.w - at[0]); }}};
+  for (const auto& [orientation, place] : turns) {
+    const std::string tag = "<orientation>" + std::string(orientation) + "</orientation>";
+    const std::string text =
+        Changed(upright, "</transform></camera>", "</transform>" + tag + "</camera>");
+    const Camera camera = Import({{"a.xml", text}}, "", {}).cameras.at(0).camera;
+    const bool on_its_side = orientation[0] == '6' || orientation[0] == '8';
+    EXPECT_EQ(camera.width_px, on_its_side ? c.h : c.w);
+    for (const Eigen::Vector3d& point :
+         {Eigen::Vector3d(0, 0, 2), {1.5, -1, 5}, {-2, 2, 6}}) {
+      const auto found = camera.Project(point);
+      ASSERT_TRUE(found);
+      EXPECT_LT((*found - place(tests::PixelOf(c, point))).norm(), kSamePixel) << tag;
+    }
+    // Its pixels were turned after all: the photo is as the file of cameras has it
+    EXPECT_EQ(Import({{"a.xml", text}}, "", {{c.view, {c.w, c.h}}})
+                  .cameras.at(0)
+                  .camera.width_px,
+              c.w);
+  }
+  EXPECT_TRUE(
+      Says(Complaint({{"a.xml",
+                       Changed(upright,
+                               "</transform></camera>",
+                               "</transform><orientation>2</orientation></camera>")}}),
+           {"view_10", "mirrored"}));
+}
+
 // What the format of before 1.2 is taken for.
 TEST(ImportCameras, OldPhotoScanCountsFromTheCorner) {
   const std::string text = R"(<document version="1.1.0"><chunk><sensors>
@@ -392,12 +441,6 @@ TEST(ImportCameras, AMissingPhotoIsNamedOrLeftOut) {
     EXPECT_TRUE(Says(Complaint(files, "", photos), {"\"view_11\"", "relight init"}));
     EXPECT_EQ(Import(files, "", photos, UnknownPhotos::kLeaveOut).cameras.size(), 2u);
   }
-}
-
-std::string Changed(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
 }
 
 TEST(ImportCameras, ComplaintsNameFilePlaceAndRemedy) {
