@@ -290,8 +290,9 @@ std::vector<ChunkCamera> ReadCameras(pugi::xml_node chunk,
     const std::string id = node.attribute("sensor_id").value();
     const auto sensor = sensors.find(id);
     if (sensor == sensors.end()) {
-      document.Fail("the camera \"" + label + "\" is of the sensor \"" + id +
-                    "\", which is not in the file");
+      std::string what = "the sensor \"" + id;
+      what += "\" of the camera \"" + label + "\" is not in the file";
+      document.Fail(what);
     }
     auto camera = calibrated.find(id);
     if (camera == calibrated.end()) {

@@ -475,6 +475,9 @@ TEST(ImportCameras, ComplaintsNameFilePlaceAndRemedy) {
   EXPECT_TRUE(Says(transforms_says("transform_matrix", "matrix"),
                    {"frame 0", "transform_matrix is no matrix"}));
 
+  // Found by a fuzzer: no double is that large
+  EXPECT_TRUE(Says(transforms_says("\"w\": 640", "\"w\": 1e999"), {"too large"}));
+
   const auto metashape_says = [&](const std::string& more) {
     return Complaint({{"a.xml", tests::MetashapeText(cameras, nullptr, more)}});
   };
