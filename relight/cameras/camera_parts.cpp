@@ -109,6 +109,21 @@ std::optional<PhotoSize> SizeOfView(const std::string& view,
                    "\"relight init\" (extensions do not count)");
 }
 
+Camera QuarterTurned(const Camera& camera) {
+  Camera turned = camera;
+  turned.width_px = camera.height_px;
+  turned.height_px = camera.width_px;
+  turned.focal_px = {camera.focal_px.y(), camera.focal_px.x()};
+  turned.center_px = {camera.height_px - camera.center_px.y(), camera.center_px.x()};
+  // The new x is the old -y, the new y the old x: put into (C1), p1 and p2 change places
+  turned.lens.p1 = camera.lens.p2;
+  turned.lens.p2 = -camera.lens.p1;
+  Eigen::Matrix3d turn;
+  turn << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  turned.camera_from_world = Eigen::Isometry3d(turn) * camera.camera_from_world;
+  return turned;
+}
+
 double CornerRadius(const Camera& camera) {
   double widest = 0;
   for (const double u : {0.0, static_cast<double>(camera.width_px)}) {

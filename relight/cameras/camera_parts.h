@@ -40,6 +40,11 @@ std::optional<PhotoSize> SizeOfView(const std::string& view,
                                     UnknownPhotos unknown,
                                     const std::string& file);
 
+// The camera of the same photo turned clockwise by a quarter, for formats that know the
+// photo as it lies in its file (EXIF's orientation). A point at (u, v) comes to (h - v,
+// u).
+Camera QuarterTurned(const Camera& camera);
+
 // The distance from the centre to the farthest corner, on the plane z = 1 as distorted.
 double CornerRadius(const Camera& camera);
 

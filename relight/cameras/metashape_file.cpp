@@ -35,7 +35,8 @@ struct Similarity {
 struct ChunkCamera {
   std::string label;
   std::string component;
-  Camera camera;  // Without a pose.
+  int quarter_turns;  // Clockwise, that make the photo upright.
+  Camera camera;      // Without a pose.
   Eigen::Matrix3d axes;
   Eigen::Vector3d position;
 };
@@ -231,6 +232,30 @@ Similarity ReadTransform(pugi::xml_node transform, const Document& document) {
   return s;
 }
 
+// Clockwise, for EXIF's orientation of a camera: 1, 6, 3 or 8; mirrored ones are not
+// made.
+int QuarterTurns(pugi::xml_node camera, const Document& document) {
+  const double orientation = document.NumberOr(camera, "orientation", 1);
+  if (orientation == 1) return 0;
+  if (orientation == 6) return 1;
+  if (orientation == 3) return 2;
+  if (orientation == 8) return 3;
+  document.Refuse(std::string("the photo of the camera \"") +
+                      camera.attribute("label").value() + "\" is mirrored",
+                  "; turn it in its file and align again");
+}
+
+// The camera of the upright photo. Whoever turned the pixels in the file, and left the
+// orientation in the project, is seen by the photo's size.
+Camera Upright(Camera camera, int quarter_turns, const PhotoSize* photo) {
+  if (quarter_turns % 2 == 1 && photo != nullptr && camera.width_px != camera.height_px &&
+      photo->width_px == camera.width_px && photo->height_px == camera.height_px) {
+    return camera;
+  }
+  for (int turn = 0; turn < quarter_turns; ++turn) camera = QuarterTurned(camera);
+  return camera;
+}
+
 // All <camera>, in groups too.
 std::vector<pugi::xml_node> CameraNodes(pugi::xml_node cameras) {
   std::vector<pugi::xml_node> found, open = {cameras};
@@ -265,8 +290,9 @@ std::vector<ChunkCamera> ReadCameras(pugi::xml_node chunk,
     const std::string id = node.attribute("sensor_id").value();
     const auto sensor = sensors.find(id);
     if (sensor == sensors.end()) {
-      document.Fail("the camera \"" + label + "\" is of the sensor \"" + id +
-                    "\", which is not in the file");
+      std::string what = "the sensor \"" + id;
+      what += "\" of the camera \"" + label + "\" is not in the file";
+      document.Fail(what);
     }
     auto camera = calibrated.find(id);
     if (camera == calibrated.end()) {
@@ -275,6 +301,7 @@ std::vector<ChunkCamera> ReadCameras(pugi::xml_node chunk,
     const std::vector<double> m = document.Numbers(transform, 16);
     ChunkCamera read{label,
                      node.attribute("component_id").value(),
+                     QuarterTurns(node, document),
                      camera->second,
                      Eigen::Matrix3d::Zero(),
                      {m[3], m[7], m[11]}};
@@ -405,6 +432,10 @@ CalibratedScene ReadMetashape(const fs::path& path, const PhotoSizes& photos) {
                     "\" is no rotation and position");
     }
     named.camera.camera_from_world = *pose;
+    const auto photo = photos.find(named.view);
+    named.camera = Upright(named.camera,
+                           camera.quarter_turns,
+                           photo != photos.end() ? &photo->second : nullptr);
     scene.cameras.push_back(named);
   }
   FinishScene(scene, document.File());

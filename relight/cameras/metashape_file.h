@@ -35,11 +35,12 @@
 namespace relight {
 
 // `path`: the file, or a folder with a single .xml of cameras. The photos' sizes are in
-// the file. Cameras that were not aligned, and those of components other than the
-// largest, are left out with a note. Throws InputError with file, place and remedy: no
-// XML, a part missing or no number, a sensor that no Camera can be (its K4 beyond what
-// (C1) follows, P3, P4 or B2 that move a point of the frame by 0.01 pixels or more,
-// spherical, cylindrical, equisolid, or with corrections), and as FinishScene does.
+// the file; `photos` only tells which were turned after. Cameras that were not aligned,
+// and those of components other than the largest, are left out with a note. Throws
+// InputError with file, place and remedy: no XML, a part missing or no number, a sensor
+// that no Camera can be (its K4 beyond what (C1) follows, P3, P4 or B2 that move a point
+// of the frame by 0.01 pixels or more, spherical, cylindrical, equisolid, or with
+// corrections), and as FinishScene does.
 CalibratedScene ReadMetashape(const std::filesystem::path& path,
                               const PhotoSizes& photos = {});
 

@@ -100,6 +100,7 @@ class Table {
       if (header.starts_with('#')) header.remove_prefix(1);
       const std::vector<std::string_view> names = Cells(header);
       if (names[0] != "name") continue;
+      width_ = names.size();  // A name may be there twice: the first counts
       for (std::size_t i = 0; i < names.size(); ++i) columns_.emplace(names[i], i);
       break;
     }
@@ -112,10 +113,10 @@ class Table {
   bool NextRow() {
     if (next_ >= lines_.size()) return false;
     cells_ = Cells(lines_[next_++].second);
-    if (cells_.size() != columns_.size()) {
+    if (cells_.size() != width_) {
       throw InputError(Where() + ": has " + std::to_string(cells_.size()) +
-                       " columns, not " + std::to_string(columns_.size()) +
-                       " as the heading; " + kRemedy);
+                       " columns, not " + std::to_string(width_) + " as the heading; " +
+                       kRemedy);
     }
     return true;
   }
@@ -140,6 +141,7 @@ class Table {
   std::vector<std::pair<int, std::string_view>> lines_;
   std::map<std::string, std::size_t, std::less<>> columns_;
   std::vector<std::string_view> cells_;
+  std::size_t width_ = 0;
   std::size_t next_ = 0;
 };
 

@@ -38,6 +38,8 @@ Json Parsed(const fs::path& file) {
     const auto line = 1 + std::count(text.begin(), end, '\n');
     throw InputError(file.string() + ":" + std::to_string(line) +
                      ": is no JSON from here on, or is cut off; " + kRemedy);
+  } catch (const Json::exception&) {  // Of what is JSON: 1e999
+    throw InputError(file.string() + ": has a number that is too large; " + kRemedy);
   }
 }
 

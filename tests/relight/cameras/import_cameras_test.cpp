@@ -61,6 +61,12 @@ testing::AssertionResult Says(const std::string& text,
   return testing::AssertionSuccess();
 }
 
+std::string Changed(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
 // Random points in each camera's frame land on the same pixels. `world` takes the points
 // from the world of the made cameras to that of the scene.
 void ExpectSamePixels(
@@ -271,6 +277,49 @@ TEST(ImportCameras, BlendersTransformsTakeTheSizesOfThePhotos) {
                    {"transforms.json", "the size of the photo \"r_0\"", "add it"}));
 }
 
+// A photo that lies on its side in its file, as telephones write it: the camera is that
+// of the upright photo, where a pixel (u, v) of the file stands at another place.
+TEST(ImportCameras, MetashapesPhotosAreTurnedUpright) {
+  const std::vector<MadeCamera> cameras = WithAspect();
+  const MadeCamera& c = cameras[0];
+  const std::string upright = tests::MetashapeText({c}, nullptr);
+  struct Turn {
+    const char* orientation;
+    std::function<Eigen::Vector2d(Eigen::Vector2d)> place;
+  };
+  const Turn turns[] = {
+      {"1", [](Eigen::Vector2d at) { return at; }},
+      {"6", [&](Eigen::Vector2d at) { return Eigen::Vector2d(c.h - at[1], at[0]); }},
+      {"3",
+       [&](Eigen::Vector2d at) { return Eigen::Vector2d(c.w - at[0], c.h - at[1]); }},
+      {"8", [&](Eigen::Vector2d at) { return Eigen::Vector2d(at[1], c.w - at[0]); }}};
+  for (const auto& [orientation, place] : turns) {
+    const std::string tag = "<orientation>" + std::string(orientation) + "</orientation>";
+    const std::string text =
+        Changed(upright, "</transform></camera>", "</transform>" + tag + "</camera>");
+    const Camera camera = Import({{"a.xml", text}}, "", {}).cameras.at(0).camera;
+    const bool on_its_side = orientation[0] == '6' || orientation[0] == '8';
+    EXPECT_EQ(camera.width_px, on_its_side ? c.h : c.w);
+    for (const Eigen::Vector3d& point :
+         {Eigen::Vector3d(0, 0, 2), {1.5, -1, 5}, {-2, 2, 6}}) {
+      const auto found = camera.Project(point);
+      ASSERT_TRUE(found);
+      EXPECT_LT((*found - place(tests::PixelOf(c, point))).norm(), kSamePixel) << tag;
+    }
+    // Its pixels were turned after all: the photo is as the file of cameras has it
+    EXPECT_EQ(Import({{"a.xml", text}}, "", {{c.view, {c.w, c.h}}})
+                  .cameras.at(0)
+                  .camera.width_px,
+              c.w);
+  }
+  EXPECT_TRUE(
+      Says(Complaint({{"a.xml",
+                       Changed(upright,
+                               "</transform></camera>",
+                               "</transform><orientation>2</orientation></camera>")}}),
+           {"view_10", "mirrored"}));
+}
+
 // What the format of before 1.2 is taken for.
 TEST(ImportCameras, OldPhotoScanCountsFromTheCorner) {
   const std::string text = R"(<document version="1.1.0"><chunk><sensors>
@@ -394,12 +443,6 @@ TEST(ImportCameras, AMissingPhotoIsNamedOrLeftOut) {
   }
 }
 
-std::string Changed(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
 TEST(ImportCameras, ComplaintsNameFilePlaceAndRemedy) {
   const std::vector<MadeCamera> cameras = tests::MadeCameras(2);
   const PhotoSizes photos = tests::SizesOf(cameras);
@@ -432,6 +475,9 @@ TEST(ImportCameras, ComplaintsNameFilePlaceAndRemedy) {
   EXPECT_TRUE(Says(transforms_says("transform_matrix", "matrix"),
                    {"frame 0", "transform_matrix is no matrix"}));
 
+  // Found by a fuzzer: no double is that large
+  EXPECT_TRUE(Says(transforms_says("\"w\": 640", "\"w\": 1e999"), {"too large"}));
+
   const auto metashape_says = [&](const std::string& more) {
     return Complaint({{"a.xml", tests::MetashapeText(cameras, nullptr, more)}});
   };
@@ -460,6 +506,15 @@ TEST(ImportCameras, ComplaintsNameFilePlaceAndRemedy) {
                    {"a.csv:4: ", "17 columns, not 16"}));
   EXPECT_TRUE(
       Says(table_says("view_10.jpg,", "view_10.jpg,x"), {"a.csv:3: ", "x is no"}));
+
+  // Found by a fuzzer: a column of a name that is there before
+  EXPECT_TRUE(Says(table_says(",alt,", ",alt,alt,"), {"16 columns, not 17"}));
+  EXPECT_EQ(Complaint({{"a.csv",
+                        "#name,x,x,y,alt,heading,pitch,roll,f\n"
+                        "view_10.jpg,1,9,2,3,0,90,0,24\n"}},
+                      "realitycapture",
+                      photos),
+            "");
 
   const std::string xmp = tests::RealityCaptureXmp(cameras[0], true);
   const auto xmp_says = [&](const std::string& from, const std::string& to) {
