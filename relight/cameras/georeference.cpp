@@ -292,7 +292,7 @@ class Problem {
     return enu;
   }
 
-  // Normal matrix and gradient of (C3), by differences: there are few residuals.
+  // Normal matrix and gradient of (C7), by differences: there are few residuals.
   std::pair<Matrix7d, Vector7d> Normal(const Similarity& s,
                                        const Eigen::Vector3d& center) const {
     const std::vector<Residual> here = Residuals(s);

@@ -13,7 +13,7 @@
 //   level      the camera's x axis is level: hardly anybody photographs trees askew [rad]
 //   the user   a heading, an up, a distance of two cameras, a shadow on the ground
 //
-//   minimise  sum_i rho(r_i / sigma_i),   rho Tukey's biweight, c = 4.685    (C3)
+//   minimise  sum_i rho(r_i / sigma_i),   rho Tukey's biweight, c = 4.685    (C7)
 //
 // It starts from each pair of places and each single compass, all of them: RANSAC without
 // chance. Then Gauss-Newton, with the sigmas of GPS and compass scaled to the residuals

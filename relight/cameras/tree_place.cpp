@@ -38,7 +38,7 @@ std::vector<double> AxisDistances(const CalibratedScene& scene,
   return distances;
 }
 
-// (C4) by reweighting; nothing when the axes do not meet in front of the cameras.
+// (C8) by reweighting; nothing when the axes do not meet in front of the cameras.
 std::optional<Eigen::Vector3d> LookedAt(const CalibratedScene& scene) {
   constexpr double kTukey = 4.685, kSigmaOfMedian = 1.4826;
   std::vector<double> weight(scene.cameras.size(), 1.0);

@@ -7,7 +7,7 @@
 // Across the ground it is the point that the cameras look at, x nearest to their view
 // axes (p_i, d_i), Tukey-weighted so that some may look past it:
 //
-//   minimise  sum_i rho(|(I - d_i d_i^T)(x - p_i)|)                       (C4)
+//   minimise  sum_i rho(|(I - d_i d_i^T)(x - p_i)|)                       (C8)
 //
 // The ground is the plane of most sparse points, at most 15 degrees steep, with hardly
 // any point below it. Without one it is 1.6 m below the cameras, and said to be.

@@ -227,10 +227,9 @@ bool HasProportions(const Camera& camera, int width, int height) {
   return std::abs(stretch - 1) <= 0.01;
 }
 
-// The camera of the upright photo at its own size, from that of what a program read,
-// which mostly does not heed the EXIF orientation.
-Camera ForPhoto(const Camera& camera, const PhotoFacts& facts) {
-  const int orientation = facts.orientation;
+// The camera of the upright photo at its own size, from that of the picture that a
+// program read: as stored, when `orientation` turns it upright.
+Camera ForPhoto(const Camera& camera, const PhotoFacts& facts, int orientation) {
   const bool lies = orientation == 6 || orientation == 8;
   if (orientation == 3 || (lies && HasProportions(camera, facts.height, facts.width))) {
     return camera.Upright(orientation).Resized(facts.width, facts.height);
@@ -262,6 +261,12 @@ void MatchPhotos(const Capture& capture,
                  const std::vector<PhotoOfView>& photos,
                  const CamerasRequest& request,
                  CamerasSummary& summary) {
+  // COLMAP was given upright copies here, and Metashape says itself how its photos lie;
+  // other programs do not heed the EXIF orientation
+  const bool is_as_stored =
+      request.import &&
+      (request.import_format.empty() ? GuessCameraFormat(*request.import)
+                                     : request.import_format) != "metashape";
   std::vector<NamedCamera> kept;
   std::vector<std::string> without_photo;
   for (NamedCamera& named : summary.scene.cameras) {
@@ -273,9 +278,10 @@ void MatchPhotos(const Capture& capture,
       without_photo.push_back(named.view);
       continue;
     }
-    PhotoFacts facts = photo->facts;
-    if (!request.import) facts.orientation = 1;  // COLMAP was given upright copies
-    kept.push_back({named.view, ForPhoto(named.camera, facts)});
+    kept.push_back(
+        {named.view,
+         ForPhoto(
+             named.camera, photo->facts, is_as_stored ? photo->facts.orientation : 1)});
   }
   for (const PhotoOfView& photo : photos) {
     const bool has = std::any_of(kept.begin(), kept.end(), [&](const NamedCamera& named) {
