@@ -31,7 +31,8 @@ constexpr const char* kStyle = R"(
   h1 { font-size: 20px; } h2 { font-size: 17px; margin-top: 28px; }
   table { border-collapse: collapse; } td, th { padding: 2px 14px 2px 0; text-align: left; }
   .off { color: #ff9b7a; }
-  .photos { display: grid; grid-template-columns: repeat(auto-fill, minmax(280px, 1fr)); gap: 12px; }
+  .photos { display: grid; gap: 12px;
+            grid-template-columns: repeat(auto-fill, minmax(280px, 1fr)); }
   figure { margin: 0; } figure img { width: 100%; cursor: zoom-in; }
   figure.large { grid-column: 1 / -1; } figure.large img { cursor: zoom-out; }
   figcaption { font-size: 14px; }
