@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The world's up in a photo from its upright lines: walls, poles, trunks of a wood.
+//
+// A segment's two ends have rays a, b (relight/cameras/photo_orientation.h); it is
+// upright when its plane m = (a x b)/|a x b| holds the world's up n: m.n = 0. Each pair
+// of long segments proposes n = m_i x m_j; the one that most length of lines agrees with
+// is refined over those, w being a line's length,
+//
+//   n = argmin sum_i w_i (m_i.n)^2,   |n| = 1                            (C5)
+//
+// Trees are bad lines, and a wrong tilt is worse than none: nothing is answered unless
+// eight lines or more agree to half a degree, hold half the length of all that are nearly
+// upright, lie in several parts of the photo's width, and fix n to a degree.
+
+#include <opencv2/core.hpp>
+
+#include <Eigen/Core>
+
+#include <optional>
+
+namespace relight {
+
+struct UprightLines {
+  Eigen::Vector3d up_in_camera;  // Unit length.
+  int lines = 0;                 // That agree.
+  double share = 0.0;            // Their part of the length of nearly upright lines.
+  double error_deg = 0.0;        // Standard error of up_in_camera.
+};
+
+// `grey` is display-encoded. Looks for a camera pitched by less than 35 and rolled by
+// less than 15 degrees. The same answer for the same picture.
+std::optional<UprightLines> FindUprightLines(const cv::Mat1b& grey,
+                                             double focal_px,
+                                             const Eigen::Vector2d& center_px);
+
+}  // namespace relight
