@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cli/cameras_of_photo.h"
 #include "cli/verbs.h"
 #include "relight/base/error.h"
 #include "relight/capture/capture.h"
@@ -16,9 +17,20 @@ struct CamerasRequest {
   std::filesystem::path folder;
   std::vector<std::string> import;  // FORMAT PATH
   bool matching_only = false;
+  CamerasOfPhotoRequest alone;  // When `folder` is a photo.
 };
 
 int RunVerb(const CamerasRequest& request, const ConsoleOptions& console) {
+  if (request.import.empty() && !std::filesystem::is_directory(request.folder)) {
+    CamerasOfPhotoRequest alone = request.alone;
+    alone.photo.photo = request.folder;
+    return RunCamerasOfPhoto(alone, console);
+  }
+  RefuseForCapture(request.alone);
+  if (request.import.empty()) {
+    throw OptionError(request.folder.string() +
+                      ": is a capture folder; give --import FORMAT PATH");
+  }
   if (request.import[0] != "colmap") {
     throw OptionError(
         "--import reads the format colmap (a text model: cameras.txt, images.txt), "
@@ -41,21 +53,21 @@ int RunVerb(const CamerasRequest& request, const ConsoleOptions& console) {
 }  // namespace
 
 Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
-  CLI::App* app =
-      program.add_subcommand("cameras", "Give the photos of a capture their cameras");
+  CLI::App* app = program.add_subcommand(
+      "cameras", "Give the photos of a capture, or one photo, cameras");
   auto request = std::make_shared<CamerasRequest>();
-  app->add_option("folder", request->folder, "capture folder")
+  app->add_option("folder", request->folder, "capture folder, or one photo")
       ->required()
-      ->type_name("DIR");
+      ->type_name("DIR|PHOTO");
   app->add_option("--import",
                   request->import,
                   "colmap and the folder of a text model (cameras.txt, images.txt)")
-      ->required()
       ->expected(2)
       ->type_name("FORMAT PATH");
   app->add_flag("--matching-only",
                 request->matching_only,
                 "leave out cameras without photo and photos without camera");
+  AddCamerasOfPhoto(*app, request->alone);
   return {app, [request, &console] { return RunVerb(*request, console); }};
 }
 

@@ -10,13 +10,17 @@
 //
 //   n = argmin sum_i w_i (m_i.n)^2,   |n| = 1                            (C5)
 //
+// A lens that bends lines bends n by degrees, so that k1 of (C1) is tried in steps, and
+// the one that most length agrees with is taken where it wins clearly over none.
+//
 // Trees are bad lines, and a wrong tilt is worse than none: nothing is answered unless
-// eight lines or more agree to half a degree, hold half the length of all that are nearly
-// upright, lie in several parts of the photo's width, and fix n to a degree.
+// eight lines or more agree to 0.3 degrees, hold half the length of all that are nearly
+// upright, lie in several parts of the photo's width, and fix n to a degree whichever
+// quarter of them is left out.
+
+#include "relight/cameras/camera.h"
 
 #include <opencv2/core.hpp>
-
-#include <Eigen/Core>
 
 #include <optional>
 
@@ -27,12 +31,12 @@ struct UprightLines {
   int lines = 0;                 // That agree.
   double share = 0.0;            // Their part of the length of nearly upright lines.
   double error_deg = 0.0;        // Standard error of up_in_camera.
+  Lens lens;                     // With k1 when the lines are bent; else a pinhole's.
 };
 
 // `grey` is display-encoded. Looks for a camera pitched by less than 35 and rolled by
-// less than 15 degrees. The same answer for the same picture.
-std::optional<UprightLines> FindUprightLines(const cv::Mat1b& grey,
-                                             double focal_px,
-                                             const Eigen::Vector2d& center_px);
+// less than 15 degrees. `camera` has focal length and centre; its pose and lens are
+// ignored. The same answer for the same picture.
+std::optional<UprightLines> FindUprightLines(const cv::Mat1b& grey, const Camera& camera);
 
 }  // namespace relight

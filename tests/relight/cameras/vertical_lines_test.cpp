@@ -24,11 +24,17 @@ cv::Point Sixteenths(const Eigen::Vector2d& pixel) {
           static_cast<int>(std::lround((pixel.y() - 0.5) * 16))};
 }
 
-// Posts and walls of many greys, seen by a camera pitched and rolled.
-cv::Mat1b Street(double pitch_deg, double roll_deg) {
+Camera Unposed() {
   Camera camera;
   camera.focal_px = {kFocal_px, kFocal_px};
   camera.center_px = kCenter;
+  return camera;
+}
+
+// Posts and walls of many greys, seen by a camera pitched and rolled.
+cv::Mat1b Street(double pitch_deg, double roll_deg, double k1 = 0) {
+  Camera camera = Unposed();
+  camera.lens.k1 = k1;
   camera.camera_from_world.linear() =
       RotationFromUp(UpFromPitchAndRoll(RadFromDeg(pitch_deg), RadFromDeg(roll_deg)), 0);
   cv::Mat1b picture(kSize, 120);
@@ -37,9 +43,9 @@ cv::Mat1b Street(double pitch_deg, double roll_deg) {
   for (int i = 0; i < 24; ++i) {
     const double x = aside(random), width = 0.3;
     std::vector<cv::Point> corners;
-    for (const auto& [dx, z] :
-         {std::pair(0.0, -1.5), {width, -1.5}, {width, 3.0}, {0.0, 3.0}}) {
-      const auto seen = camera.Project({x + dx, 10, z});
+    for (int k = 0; k < 40; ++k) {  // Up one side in small steps, for a lens bends it
+      const double z = -1.5 + 4.5 * (k < 20 ? k : 39 - k) / 19;
+      const auto seen = camera.Project({x + (k < 20 ? 0 : width), 10, z});
       if (seen) corners.push_back(Sixteenths(*seen));
     }
     cv::fillPoly(picture,
@@ -54,7 +60,7 @@ cv::Mat1b Street(double pitch_deg, double roll_deg) {
 TEST(VerticalLines, FindsHowAStreetWasPhotographed) {
   for (const auto& [pitch_deg, roll_deg] :
        {std::pair(0.0, 0.0), {12.0, 0.0}, {-9.0, 4.0}, {20.0, -6.0}}) {
-    const auto found = FindUprightLines(Street(pitch_deg, roll_deg), kFocal_px, kCenter);
+    const auto found = FindUprightLines(Street(pitch_deg, roll_deg), Unposed());
     ASSERT_TRUE(found) << pitch_deg << ", " << roll_deg;
     std::cout << found->lines << " lines, share " << found->share << ", error "
               << found->error_deg << " deg\n";
@@ -65,6 +71,16 @@ TEST(VerticalLines, FindsHowAStreetWasPhotographed) {
     EXPECT_GE(found->lines, 8);
     EXPECT_LE(found->error_deg, 1);
   }
+}
+
+// Taken for straight, the same street is pitched by 4 degrees less.
+TEST(VerticalLines, SeesThatTheLensBends) {
+  const auto found = FindUprightLines(Street(12, 2, -0.12), Unposed());
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->lens.k1, -0.12, 0.04);  // k1 is tried in steps of 0.03 here
+  EXPECT_NEAR(DegFromRad(PitchOf(found->up_in_camera)), 12, 1);
+  EXPECT_NEAR(DegFromRad(RollOf(found->up_in_camera)), 2, 0.3);
+  EXPECT_TRUE(FindUprightLines(Street(12, 2), Unposed())->lens.IsPinhole());
 }
 
 // Branches go everywhere.
@@ -85,7 +101,7 @@ TEST(VerticalLines, IsUnsureOfATree) {
                cv::LINE_AA,
                4);
     }
-    EXPECT_FALSE(FindUprightLines(picture, kFocal_px, kCenter)) << seed;
+    EXPECT_FALSE(FindUprightLines(picture, Unposed())) << seed;
   }
 }
 
@@ -93,8 +109,8 @@ TEST(VerticalLines, IsUnsureOfOnePole) {
   cv::Mat1b picture(kSize, 200);
   for (int i = 0; i < 6; ++i)
     cv::line(picture, {600 + 9 * i, 100}, {600 + 9 * i, 800}, cv::Scalar(50), 3);
-  EXPECT_FALSE(FindUprightLines(picture, kFocal_px, kCenter));
-  EXPECT_FALSE(FindUprightLines(cv::Mat1b(kSize, 90), kFocal_px, kCenter));
+  EXPECT_FALSE(FindUprightLines(picture, Unposed()));
+  EXPECT_FALSE(FindUprightLines(cv::Mat1b(kSize, 90), Unposed()));
 }
 
 }  // namespace
