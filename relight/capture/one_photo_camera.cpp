@@ -94,7 +94,9 @@ Moment MomentOf(const OnePhotoRequest& request,
                  : of_points   ? of_points
                                : facts.place;
   try {
-    const CaptureTime when = ResolveCaptureTime(facts, request.zone, request.taken);
+    PhotoFacts placed = facts;  // A zone is asked for a place only when there is none
+    placed.place = moment.place;
+    const CaptureTime when = ResolveCaptureTime(placed, request.zone, request.taken);
     notes.insert(notes.end(), when.notes.begin(), when.notes.end());
     moment.time = when.time;
     if (!moment.place) moment.place = when.approximate_place;

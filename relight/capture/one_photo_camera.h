@@ -25,14 +25,14 @@ inline constexpr double kEyeHeight_m = 1.6;
 
 // As on the command line.
 struct OnePhotoRequest {
-  std::filesystem::path photo;
-  std::optional<double> focal_35mm_mm;    // Else EXIF's, else a phone's.
-  std::optional<std::string> horizon;     // "Y" or "X1,Y1,X2,Y2" [px].
-  std::optional<std::string> heading;     // "DEG" or "SW".
-  std::optional<double> camera_height_m;  // Above the tree's foot; else kEyeHeight_m.
-  std::vector<std::string> points;        // "X,Y=LAT,LON[,H]"; four or more: all of it.
-  std::optional<std::string> foot;        // "X,Y" [px] of the trunk.
-  std::optional<std::string> place, zone, taken;
+  std::filesystem::path photo = {};
+  std::optional<double> focal_35mm_mm = {};    // Else EXIF's, else a phone's.
+  std::optional<std::string> horizon = {};     // "Y" or "X1,Y1,X2,Y2" [px].
+  std::optional<std::string> heading = {};     // "DEG" or "SW".
+  std::optional<double> camera_height_m = {};  // Above the ground; else kEyeHeight_m.
+  std::vector<std::string> points = {};  // "X,Y=LAT,LON[,H]"; four or more: all of it.
+  std::optional<std::string> foot = {};  // "X,Y" [px] of the trunk.
+  std::optional<std::string> place = {}, zone = {}, taken = {};
 };
 
 // The sun of the photo's moment.
