@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cli/cameras_of_photo.h"
 #include "cli/flags.h"
 #include "cli/verbs.h"
 #include "relight/base/angles.h"
@@ -30,7 +31,8 @@ struct CamerasVerb {
   CamerasRequest request;
   std::map<std::string, std::string> georeference, colmap;
   bool report = false;
-  bool as_json = false;
+  CamerasOfPhotoRequest
+      alone;  // When `source` is a photo; its heading and --json, always.
 };
 
 // How the frame is known and how sure, a line each.
@@ -137,6 +139,17 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
     request.import = verb.import.back();
     if (verb.import.size() == 2) request.import_format = verb.import.front();
   }
+  if (!fs::is_directory(verb.source)) {
+    if (request.import || !verb.export_to.empty() || verb.report) {
+      throw OptionError(
+          "--import, --export and --report belong to a capture folder, and " +
+          verb.source.string() + " is none");
+    }
+    verb.alone.photo.photo = verb.source;
+    return RunCamerasOfPhoto(verb.alone, console);
+  }
+  RefuseForCapture(verb.alone);
+  request.heading = verb.alone.photo.heading;
   const Capture capture = OpenCapture(verb.source);
   const fs::path folder = verb.source / "cameras";
 
@@ -181,7 +194,7 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
               : ""));
   SayAll(console, summary.notes);
   SayAll(console, DoubtsOfCapture(capture));
-  if (verb.as_json) {
+  if (verb.alone.json) {
     fmt::print("{}\n", JsonOf(summary, folder).dump(1));
   } else if (!console.quiet) {
     fmt::print("{}\n", folder.string());
@@ -196,12 +209,15 @@ Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
   CLI::App* app = program.add_subcommand(
       "cameras", "Find the cameras of a capture's photos, or import them");
   auto verb = std::make_shared<CamerasVerb>();
-  app->add_option("source", verb->source, "capture folder")->required()->type_name("DIR");
-  app->add_option("--import",
-                  verb->import,
-                  "cameras that another program found, in place of running COLMAP: "
-                  "colmap, bundler, "
-                  "transforms, metashape or realitycapture; guessed when left out")
+  app->add_option("source", verb->source, "capture folder, or one photo")
+      ->required()
+      ->type_name("DIR|PHOTO");
+  app->add_option(
+         "--import",
+         verb->import,
+         "cameras that another program found, in place of running COLMAP: "
+         "colmap, bundler, transforms, metashape or realitycapture; guessed when "
+         "left out")
       ->expected(1, 2)
       ->type_name("[FORMAT] PATH");
   app->add_option("--export",
@@ -216,16 +232,10 @@ Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
                 verb->report,
                 "a page to look at, cameras/report.html; of cameras that are there "
                 "already, unless others are asked for with --import");
-  app->add_flag("--json", verb->as_json, "what was found, for machines");
-
   const char* frame = "Where on Earth";
   app->add_flag("--keep-frame",
                 verb->request.keep_frame,
                 "the model's world is east, north, up in metres already")
-      ->group(frame);
-  app->add_option(
-         "--heading", verb->request.heading, "a view looks there: VIEW=210, VIEW=SW")
-      ->type_name("VIEW=DEG")
       ->group(frame);
   app->add_option("--up", verb->request.up, "which way is up, in the model's own frame")
       ->type_name("X,Y,Z")
@@ -243,11 +253,13 @@ Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
       ->expected(3)
       ->type_name("VIEW x1,y1 x2,y2")
       ->group(frame);
-  app->add_option("--foot",
-                  verb->request.foot,
-                  "the tree's foot in the world that comes out, to be its origin [m]")
+  app->add_option("--origin",
+                  verb->request.origin,
+                  "a point of the world that comes out, the tree's foot, to be its "
+                  "origin [m]")
       ->type_name("X,Y,Z")
       ->group(frame);
+  AddCamerasOfPhoto(*app, verb->alone);
   AddFlags(*app, GeoreferenceOptions(), frame, verb->georeference);
   AddFlags(*app, ColmapOptions(), "COLMAP", verb->colmap);
   return {app, [verb, &console] { return RunVerb(*verb, console); }};

@@ -13,6 +13,9 @@ namespace relight {
 // A 4:3 phone's main camera, 35 mm equivalent: taken when EXIF has no focal length.
 inline constexpr double kPhoneFocal35mm_mm = 26.0;
 
+// Of a camera held before the eyes, above the ground.
+inline constexpr double kEyeHeight_m = 1.6;
+
 // Focal length in pixels from the 35 mm equivalent, which is defined by the diagonal
 // (43.27 mm) of the frame (CIPA DCG-001). A picture wider than 8:5 is taken to be a 4:3
 // frame whose long edges were cut off, as phones and drones do it, and one squarer than
@@ -20,7 +23,7 @@ inline constexpr double kPhoneFocal35mm_mm = 26.0;
 double FocalPixelsFrom35mm(double focal_35mm_mm, int width_px, int height_px);
 
 struct LevelCameraOptions {
-  double height_m = 1.6;  // Of the camera above the tree's foot.
+  double height_m = kEyeHeight_m;  // Of the camera above the tree's foot.
   double distance_m =
       0;  // To the tree's foot, along the ground; 0: from the crown's height.
   double crown_m = 8.0;  // Height of the crown when no distance is given.

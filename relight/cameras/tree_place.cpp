@@ -2,6 +2,7 @@
 #include "relight/cameras/tree_place.h"
 
 #include "relight/base/angles.h"
+#include "relight/cameras/level_camera.h"
 
 #include <Eigen/Dense>
 

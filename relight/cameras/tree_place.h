@@ -19,8 +19,6 @@
 
 namespace relight {
 
-inline constexpr double kEyeHeight_m = 1.6;
-
 struct TreePlace {
   Eigen::Vector3d foot = Eigen::Vector3d::Zero();  // On the ground.
   bool is_looked_at = false;                       // The cameras look at one place.

@@ -500,13 +500,13 @@ CamerasSummary MakeCameras(const Capture& capture,
   const bool is_own =
       request.keep_frame ||
       (summary.georeference ? summary.georeference->kept_frame : !has_place);
-  if (request.foot) {
+  if (request.origin) {
     const auto foot =
-        Numbers(*request.foot, 3, "foot is a point X,Y,Z in metres east, north and up");
+        Numbers(*request.origin, 3, "origin is a point X,Y,Z in metres east, north and up");
     summary.tree.foot = {foot[0], foot[1], foot[2]};
-    summary.tree.ground_from = "--foot";
+    summary.tree.ground_from = "--origin";
   }
-  if (request.foot || !is_own) {
+  if (request.origin || !is_own) {
     summary.scene = MovedTo(summary.scene, summary.tree.foot);
     summary.tree.foot.setZero();
   }

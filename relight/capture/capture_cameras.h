@@ -30,8 +30,8 @@ struct CamerasRequest {
   std::optional<std::string> up;               // "X,Y,Z" in the model's own frame.
   std::vector<std::string> scale_from;         // VIEW, VIEW, LENGTH_m.
   std::vector<std::string> north_from_shadow;  // VIEW, "x1,y1", "x2,y2".
-  std::optional<std::string> foot;  // "X,Y,Z" of the tree's foot in the world that
-                                    // comes out, to be made its origin.
+  std::optional<std::string> origin;  // "X,Y,Z" in the world that comes out, mostly the
+                                      // tree's foot, to be made its origin.
   GeoreferenceOptions georeference;
   ColmapOptions colmap;
 };

@@ -4,6 +4,8 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/cameras/level_camera.h"
+#include "relight/cameras/photo_orientation.h"
+#include "relight/capture/one_photo_camera.h"
 #include "relight/composite/ground_shadow.h"
 #include "relight/photo/color.h"
 #include "relight/photo/read_photo.h"
@@ -49,10 +51,13 @@ std::string GroundFault(const ExtinctionGrid& grid,
   return text.str() + "; give its height with --ground Z_m";
 }
 
-// Camera and volume of one photo alone.
-std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
-                                          const cv::Mat1f& alpha,
-                                          std::vector<std::string>& notes) {
+// Where a matte's tree stands in its photo.
+struct TreeInPhoto {
+  Eigen::Vector2d foot_px;
+  double top_px = 0;  // Row.
+};
+
+TreeInPhoto FindTree(const ViewPlan& plan, const cv::Mat1f& alpha) {
   int top = -1, bottom = -1;
   double foot_sum = 0, foot_count = 0;
   for (int row = 0; row < alpha.rows; ++row) {
@@ -73,6 +78,65 @@ std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
                      ": its matte holds no tree (no pixel above 0.5); give "
                      "another with --matte");
   }
+  return {{foot_sum / foot_count, bottom + 1.0}, static_cast<double>(top)};
+}
+
+constexpr double kFarthestTree_m = 300;
+
+// The camera that relight cameras found, with the tree's foot moved to the origin;
+// nothing when the foot's ray does not meet the ground near by.
+std::optional<LevelCamera> CameraOnGround(const ViewPlan& plan,
+                                          const TreeInPhoto& tree,
+                                          const cv::Mat1f& alpha,
+                                          std::vector<std::string>& notes) {
+  const Camera camera = plan.camera_beside->Resized(alpha.cols, alpha.rows);
+  const fs::path folder = CameraFolderOf(plan.photo);
+  const Eigen::Vector3d eye = camera.PositionInWorld();
+  const Eigen::Vector3d ahead =
+      DirectionFromAzimuthElevation(AzimuthOf(camera.ForwardInWorld()), 0);
+  const Eigen::Vector3d ray = camera.RayInWorld(tree.foot_px);
+  const std::optional<Eigen::Vector3d> on_ground = GroundAt(camera, tree.foot_px, 0);
+  const double along_ground_m = on_ground ? (*on_ground - eye).dot(ahead) : 0;
+  const bool given = plan.request.distance_m.has_value();
+  const double distance_m = plan.request.distance_m.value_or(along_ground_m);
+  if (!(ray.dot(ahead) > 0.05) || !(distance_m > 0) ||
+      (!given && distance_m > kFarthestTree_m)) {
+    notes.push_back("the camera of " + folder.string() +
+                    " is not used: it does not see ground where the matte ends, at row " +
+                    std::to_string(std::lround(tree.foot_px.y())) +
+                    "; give --distance M, or make the camera again with its --horizon");
+    return std::nullopt;
+  }
+
+  LevelCamera found{camera, distance_m, 0};
+  const Eigen::Vector3d foot = eye + distance_m / ray.dot(ahead) * ray;
+  found.camera.camera_from_world = camera.camera_from_world * Eigen::Translation3d(foot);
+  const Eigen::Vector3d to_top = camera.RayInWorld({tree.foot_px.x(), tree.top_px});
+  found.tree_height_m =
+      eye.z() - foot.z() + distance_m * to_top.z() / std::max(0.05, to_top.dot(ahead));
+  std::ostringstream note;
+  note.precision(3);
+  note << "camera of " << folder.string() << ": " << eye.z() - foot.z()
+       << " m above the tree's foot";
+  if (given && on_ground) {
+    note << " by --distance (its own ground is " << along_ground_m << " m away there)";
+  }
+  notes.push_back(note.str());
+  const double roll_deg =
+      DegFromRad(RollOf(Eigen::Vector3d(camera.camera_from_world.linear().col(2))));
+  if (std::abs(roll_deg) > 5) {
+    note.str("");
+    note << "the camera is rolled by " << roll_deg
+         << " deg: the silhouette volume takes the photo's rows as level";
+    notes.push_back(note.str());
+  }
+  return found;
+}
+
+LevelCamera CameraHeldLevel(const ViewPlan& plan,
+                            const TreeInPhoto& tree,
+                            const cv::Mat1f& alpha,
+                            std::vector<std::string>& notes) {
   double focal_35mm_mm = kPhoneFocal35mm_mm;
   if (plan.focal_35mm_mm) {
     focal_35mm_mm = *plan.focal_35mm_mm;
@@ -82,32 +146,42 @@ std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
   }
   LevelCameraOptions options;
   if (plan.request.distance_m) options.distance_m = *plan.request.distance_m;
-  const LevelCamera level =
-      MakeLevelCamera(alpha.cols,
-                      alpha.rows,
-                      FocalPixelsFrom35mm(focal_35mm_mm, alpha.cols, alpha.rows),
-                      RadFromDeg(plan.heading_deg),
-                      {foot_sum / foot_count, bottom + 1.0},
-                      top,
-                      options);
+  return MakeLevelCamera(alpha.cols,
+                         alpha.rows,
+                         FocalPixelsFrom35mm(focal_35mm_mm, alpha.cols, alpha.rows),
+                         RadFromDeg(plan.heading_deg),
+                         tree.foot_px,
+                         tree.top_px,
+                         options);
+}
+
+// Camera and volume of one photo alone.
+std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
+                                          const cv::Mat1f& alpha,
+                                          std::vector<std::string>& notes) {
+  const TreeInPhoto tree = FindTree(plan, alpha);
+  std::optional<LevelCamera> posed;
+  if (plan.camera_beside) posed = CameraOnGround(plan, tree, alpha, notes);
+  const LevelCamera alone = posed ? *posed : CameraHeldLevel(plan, tree, alpha, notes);
   std::ostringstream note;
   note.precision(3);
   note << "one photo alone: the tree's depth is not known, and its volume is a round "
           "silhouette ("
-       << "each row as deep as it is wide), " << level.tree_height_m << " m high at "
-       << level.distance_m << " m"
-       << (plan.request.distance_m ? ""
-                                   : " (8 m high is assumed; --distance M tells better)")
-       << "; the camera is held level at 1.6 m. Photos from several sides give a better "
-          "result";
+       << "each row as deep as it is wide), " << alone.tree_height_m << " m high at "
+       << alone.distance_m << " m"
+       << (posed || plan.request.distance_m
+               ? ""
+               : " (8 m high is assumed; --distance M tells better)")
+       << (posed ? "" : "; the camera is held level at 1.6 m")
+       << ". Photos from several sides give a better result";
   notes.push_back(note.str());
   const ExtinctionGrid grid =
-      SilhouetteVolume({plan.name, level.camera, alpha},
-                       level.distance_m,
+      SilhouetteVolume({plan.name, alone.camera, alpha},
+                       alone.distance_m,
                        {.cells = plan.options.volume.cells,
                         .alpha_max = plan.options.volume.alpha_max,
                         .scale = plan.options.volume.scale});
-  return {level.camera, grid};
+  return {alone.camera, grid};
 }
 
 CutOut CutOutAlone(const ViewPlan& plan,

@@ -5,12 +5,13 @@
 #include "relight/base/error.h"
 #include "relight/base/field_text.h"
 #include "relight/capture/capture_times.h"
+#include "relight/capture/one_photo_camera.h"
+#include "relight/capture/photo_heading.h"
 #include "relight/capture/tree_volume.h"
 #include "relight/capture/view_matte.h"
 #include "relight/photo/color.h"
 #include "relight/photo/photo_facts.h"
 #include "relight/photo/read_photo.h"
-#include "relight/photo/true_heading.h"
 #include "relight/sky/light_in_words.h"
 #include "relight/sky/sun_times.h"
 
@@ -180,6 +181,17 @@ void PlanStages(ViewPlan& plan) {
     plan.stages.push_back(
         {"light", "transmittance of the volume to the sky", kLightSeconds});
   }
+}
+
+// The camera kept beside the photo, about its own upright.
+void TurnTo(double heading_deg, ViewPlan& plan) {
+  Camera& camera = *plan.camera_beside;
+  const double turn_rad = RadFromDeg(heading_deg) - AzimuthOf(camera.ForwardInWorld());
+  // Azimuths run clockwise
+  camera.camera_from_world =
+      camera.camera_from_world * Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ());
+  plan.notes.push_back("--heading turns the camera of " +
+                       CameraFolderOf(plan.photo).string());
 }
 
 }  // namespace
@@ -412,6 +424,12 @@ ViewPlan PlanView(const ViewRequest& request,
   // Which way the camera looks
   const bool has_cameras =
       plan.capture && fs::exists(plan.capture->folder / "cameras" / "images.txt");
+  const bool is_alone =
+      !has_cameras && (!plan.capture || plan.capture->file.views.size() == 1);
+  if (is_alone && !in_memory)
+    plan.camera_beside = CameraBeside(plan.photo, facts.width, facts.height);
+  std::optional<Instant> utc;
+  if (plan.input.time) utc = plan.input.time->utc;
   if (has_cameras) {
     const auto cameras = CamerasOf(*plan.capture);
     const auto found = cameras.find(plan.name);
@@ -432,20 +450,14 @@ ViewPlan PlanView(const ViewRequest& request,
     static_cast<void>(CamerasOf(*plan.capture));  // Says how to import them
   } else if (request.heading) {
     plan.heading_deg = ParseHeading(*request.heading);
+    if (plan.camera_beside) TurnTo(plan.heading_deg, plan);
+  } else if (plan.camera_beside) {
+    plan.heading_deg = DegFromRad(AzimuthOf(plan.camera_beside->ForwardInWorld()));
   } else if (of_capture.heading_deg) {
     plan.heading_deg = *of_capture.heading_deg;
-  } else if (facts.heading_deg && !facts.heading_is_magnetic) {
-    plan.heading_deg = *facts.heading_deg;
-  } else if (facts.heading_deg && plan.place) {
-    const Instant at =
-        plan.input.time ? plan.input.time->utc
-                        : Instant(std::chrono::sys_days(std::chrono::year(2020) / 1 / 1));
-    const TrueHeading heading = TrueFromMagnetic(*facts.heading_deg, *plan.place, at);
-    plan.heading_deg = heading.heading_deg;
-    plan.notes.push_back(
-        "the compass heading in EXIF is magnetic; corrected by " +
-        std::to_string(heading.declination.declination_deg).substr(0, 5) + " deg with " +
-        heading.declination.model);
+  } else if (const auto heading = HeadingFromExif(facts, plan.place, utc)) {
+    plan.heading_deg = heading->heading_deg;
+    if (!heading->note.empty()) plan.notes.push_back(heading->note);
   } else if (needs_input_time || wants_time) {
     missing.Add("no heading in EXIF (which way the camera looked)", "--heading SW");
   }

@@ -71,6 +71,9 @@ struct ViewPlan {
   std::optional<MatteGuide> guide;  // One photo alone without a matte: one is made so.
   double megapixels = 0.0;
   std::optional<double> focal_35mm_mm;  // As the photo says.
+  // One photo alone: the camera kept beside it (one_photo_camera.h), turned to the user's
+  // heading; its world is ENU with the ground at z = 0.
+  std::optional<Camera> camera_beside;
   std::optional<Place> place;
   std::optional<Zone> zone;  // For wanted times: the user's, else the photo's offset.
   double heading_deg = 0.0;  // Of the view's camera.

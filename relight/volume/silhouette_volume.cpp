@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace relight {
 namespace {
@@ -42,29 +43,39 @@ ExtinctionGrid SilhouetteVolume(const MatteView& view,
   const Camera& camera = view.camera;
   const std::vector<RowExtent> rows = RowExtents(view.alpha, options.outline_alpha);
 
-  // Camera axes in the world, and the plane that holds the tree's axis
-  const Eigen::Matrix3d world_from_camera = camera.camera_from_world.linear().transpose();
-  const Eigen::Vector3d right = world_from_camera.col(0), down = world_from_camera.col(1);
-  const Eigen::Vector3d forward = world_from_camera.col(2);
+  // The upright plane that holds the tree's axis, however the camera is tilted
   const Eigen::Vector3d eye = camera.PositionInWorld();
-  const auto metres = [&](double px) {
-    return px * tree_distance_m / camera.focal_px.x();
+  const Eigen::Vector3d forward = camera.ForwardInWorld();
+  Eigen::Vector3d ahead(forward.x(), forward.y(), 0);
+  if (ahead.norm() < 0.1) ahead = forward;  // Straight up or down there is none
+  ahead.normalize();
+  const auto on_plane =
+      [&](const Eigen::Vector2d& pixel) -> std::optional<Eigen::Vector3d> {
+    const Eigen::Vector3d ray = camera.RayInWorld(pixel);
+    if (ray.dot(ahead) < 0.05) return std::nullopt;
+    return Eigen::Vector3d(eye + tree_distance_m / ray.dot(ahead) * ray);
   };
 
-  // Box around all rows' circles
+  // Each row's circle on that plane, and the box around all of them
+  struct Circle {
+    Eigen::Vector3d middle;
+    double radius_m = 0;  // 0: the row is empty
+  };
+  std::vector<Circle> circles(rows.size());
   Eigen::AlignedBox3d box;
   for (std::size_t row = 0; row < rows.size(); ++row) {
     if (rows[row].radius_px == 0) continue;
-    const double y_m = (static_cast<double>(row) + 0.5 - camera.center_px.y()) *
-                       tree_distance_m / camera.focal_px.y();
-    const Eigen::Vector3d axis =
-        eye + tree_distance_m * forward + y_m * down +
-        metres(rows[row].middle_px - camera.center_px.x()) * right;
-    const double radius_m = metres(rows[row].radius_px);
-    for (const double side : {-1.0, 1.0}) {
-      box.extend(axis + side * radius_m * right);
-      box.extend(axis + side * radius_m * forward);
-    }
+    const double y = static_cast<double>(row) + 0.5;
+    const auto left = on_plane({rows[row].middle_px - rows[row].radius_px, y});
+    const auto right = on_plane({rows[row].middle_px + rows[row].radius_px, y});
+    const auto middle = on_plane({rows[row].middle_px, y});
+    if (!left || !right || !middle) continue;
+    circles[row] = {*middle, (*right - *left).norm() / 2};
+    // Nearest and farthest on the middle's own ray, which may climb
+    const double reach = std::min(circles[row].radius_m / tree_distance_m, 0.95);
+    for (const double side : {-reach, reach})
+      box.extend(Eigen::Vector3d(*middle + side * (*middle - eye)));
+    box.extend(*left).extend(*right);
   }
   if (box.isEmpty()) {
     throw InputError(view.name + ": the matte holds no tree; make another");
@@ -83,17 +94,21 @@ ExtinctionGrid SilhouetteVolume(const MatteView& view,
           const Eigen::Vector3d center = grid.Center(x, y, z);
           const auto pixel = camera.Project(center);
           if (!pixel || pixel->y() < 0 || pixel->y() >= camera.height_px) continue;
-          const RowExtent& extent = rows[static_cast<std::size_t>(pixel->y())];
-          const double aside_m = metres(pixel->x() - extent.middle_px);
-          const double half_chord2 =
-              std::pow(metres(extent.radius_px), 2) - aside_m * aside_m;
-          const double depth_m = (center - eye).dot(forward) - tree_distance_m;
+          const Circle& circle = circles[static_cast<std::size_t>(pixel->y())];
+          const Eigen::Vector3d from_eye = center - eye;
+          const double ahead_m = from_eye.dot(ahead);
+          if (circle.radius_m == 0 || ahead_m <= 0) continue;
+          const Eigen::Vector3d seen = eye + tree_distance_m / ahead_m * from_eye;
+          const double aside_m = (seen - circle.middle).norm();
+          const double half_chord2 = std::pow(circle.radius_m, 2) - aside_m * aside_m;
+          const double depth_m = ahead_m - tree_distance_m;
           if (half_chord2 <= 0 || depth_m * depth_m > half_chord2) continue;
 
-          // (V2); a chord is at least a voxel long
+          // (V2) along the ray, which need not be level; a chord is at least a voxel long
           const std::size_t index = grid.Index(x, y, z);
           const double alpha = std::min<double>(opacity[index], options.alpha_max);
-          const double chord_m = std::max(2 * std::sqrt(half_chord2), grid.cell_m);
+          const double chord_m = std::max(
+              2 * std::sqrt(half_chord2) * from_eye.norm() / ahead_m, grid.cell_m);
           grid.sigma_per_m[index] =
               static_cast<float>(-std::log1p(-alpha) / chord_m * options.scale);
         }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/volume/silhouette_volume.h"
 
+#include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/cameras/level_camera.h"
 #include "relight/volume/opacity_estimation.h"
+#include "tests/support/made_cameras.h"
 #include "tests/support/synthetic_canopy.h"
 
 #include <gtest/gtest.h>
@@ -80,6 +82,48 @@ TEST(SilhouetteVolume, IsRound) {
   EXPECT_NEAR(seen.max().y() - kDistance_m, radius_m, 0.05 * radius_m);
   EXPECT_NEAR(kDistance_m - seen.min().y(), radius_m, 0.05 * radius_m);
   EXPECT_NEAR(seen.center().x(), 0.0, 0.1 * radius_m);
+}
+
+// Seen by a camera that looks up, the tree neither leans nor changes its opacity.
+TEST(SilhouetteVolume, StandsUprightBeforeATiltedCamera) {
+  constexpr float kAlpha = 0.7f;
+  Camera camera = tests::LookingAt(
+      {0, -kDistance_m, 1.6}, {0, 0, 1.6 + kDistance_m * 0.36}, 200, 300, 300);
+  ASSERT_NEAR(DegFromRad(ElevationOf(camera.ForwardInWorld())), 19.8, 0.1);
+  // A crown of 3 m around the axis, 2 to 11 m high
+  MatteView view{"photo", camera, cv::Mat1f(300, 200, 0.0f)};
+  for (int row = 0; row < 300; ++row) {
+    for (int column = 0; column < 200; ++column) {
+      const Eigen::Vector3d ray = camera.RayInWorld({column + 0.5, row + 0.5});
+      const Eigen::Vector3d p = camera.PositionInWorld() + ray * (kDistance_m / ray.y());
+      if (std::abs(p.x()) < 3 && p.z() > 2 && p.z() < 11)
+        view.alpha(row, column) = kAlpha;
+    }
+  }
+  const ExtinctionGrid grid = SilhouetteVolume(view, kDistance_m);
+  double low = 0, high = 0, low_count = 0, high_count = 0;
+  for (const Eigen::Vector3i& cell : FindOccupied(grid).cell) {
+    const Eigen::Vector3d center = grid.Center(cell.x(), cell.y(), cell.z());
+    if (center.z() > 4.5 && center.z() < 5.5) {
+      low += center.y();
+      ++low_count;
+    }
+    if (center.z() > 7.5 && center.z() < 8.5) {
+      high += center.y();
+      ++high_count;
+    }
+  }
+  // A plane across the view direction would lean by 1.1 m over these 3 m
+  EXPECT_NEAR(low / low_count, 0, 0.15);
+  EXPECT_NEAR(high / high_count, 0, 0.15);
+  const cv::Mat1f opacity = RenderOpacity(grid, camera);
+  for (const double z : {4.0, 6.0, 8.0}) {
+    const auto pixel = camera.Project({0, 0, z});
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(opacity(static_cast<int>(pixel->y()), static_cast<int>(pixel->x())),
+                kAlpha,
+                0.03);  // A chord of 60 voxels is off by one or two
+  }
 }
 
 TEST(SilhouetteVolume, TheScaleMultipliesTheExtinction) {
