@@ -24,7 +24,7 @@ bool Drawn(const cv::Mat3b& picture, const Eigen::Vector2d& at, const cv::Vec3b&
     for (int column = static_cast<int>(at.x()) - 2; column <= at.x() + 2; ++column) {
       if (row < 0 || column < 0 || row >= picture.rows || column >= picture.cols)
         continue;
-      if (cv::norm(picture(row, column), color, cv::NORM_L1) < 60) return true;
+      if (cv::norm(picture(row, column), color, cv::NORM_L1) < 150) return true;
     }
   }
   return false;
