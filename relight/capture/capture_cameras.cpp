@@ -501,8 +501,8 @@ CamerasSummary MakeCameras(const Capture& capture,
       request.keep_frame ||
       (summary.georeference ? summary.georeference->kept_frame : !has_place);
   if (request.origin) {
-    const auto foot =
-        Numbers(*request.origin, 3, "origin is a point X,Y,Z in metres east, north and up");
+    const auto foot = Numbers(
+        *request.origin, 3, "origin is a point X,Y,Z in metres east, north and up");
     summary.tree.foot = {foot[0], foot[1], foot[2]};
     summary.tree.ground_from = "--origin";
   }
