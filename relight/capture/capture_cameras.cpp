@@ -315,7 +315,7 @@ void MatchPhotos(const Capture& capture,
 GivenFrame GivenBy(const CamerasRequest& request,
                    const Capture& capture,
                    const std::vector<PhotoOfView>& photos,
-                   const CalibratedScene& scene) {
+                   const std::string& first_view) {
   GivenFrame given;
   if (request.up) {
     const auto up =
@@ -324,7 +324,7 @@ GivenFrame GivenBy(const CamerasRequest& request,
     if (given.up->norm() == 0) throw OptionError("up 0,0,0 is no direction");
   }
   if (request.heading) {
-    given.heading = HeadingFrom(*request.heading, scene.cameras.front().view);
+    given.heading = HeadingFrom(*request.heading, first_view);
   }
   if (!request.scale_from.empty()) {
     const double length_m = Numbers(
@@ -360,6 +360,13 @@ GivenFrame GivenBy(const CamerasRequest& request,
     given.shadow = {view, {foot[0], foot[1]}, {tip[0], tip[1]}, sun.azimuth_rad};
   }
   return given;
+}
+
+std::optional<Eigen::Vector3d> OriginFrom(const CamerasRequest& request) {
+  if (!request.origin) return std::nullopt;
+  const auto at =
+      Numbers(*request.origin, 3, "origin is a point X,Y,Z in metres east, north and up");
+  return Eigen::Vector3d(at[0], at[1], at[2]);
 }
 
 bool HasAny(const GivenFrame& given) {
@@ -453,6 +460,11 @@ CamerasSummary MakeCameras(const Capture& capture,
                            const CamerasRequest& request,
                            const Progress& progress) {
   const std::vector<PhotoOfView> photos = PhotosOf(capture);
+  const std::optional<Eigen::Vector3d> origin = OriginFrom(request);
+  if (!photos.empty()) {
+    // What cannot be meant is told before COLMAP's minutes
+    static_cast<void>(GivenBy(request, capture, photos, photos.front().entry.name));
+  }
   CamerasSummary summary;
   if (request.import) {
     PhotoSizes sizes;
@@ -489,7 +501,8 @@ CamerasSummary MakeCameras(const Capture& capture,
 
   const std::vector<CameraClues> clues = CluesOf(capture, photos, summary.notes);
   const bool has_place = summary.scene.enu_origin.has_value();
-  PutOnEarth(request, clues, GivenBy(request, capture, photos, summary.scene), summary);
+  const std::string& first_view = summary.scene.cameras.front().view;
+  PutOnEarth(request, clues, GivenBy(request, capture, photos, first_view), summary);
   if (summary.georeference) {
     const auto& said = summary.georeference->notes;
     summary.notes.insert(summary.notes.end(), said.begin(), said.end());
@@ -500,13 +513,11 @@ CamerasSummary MakeCameras(const Capture& capture,
   const bool is_own =
       request.keep_frame ||
       (summary.georeference ? summary.georeference->kept_frame : !has_place);
-  if (request.origin) {
-    const auto foot = Numbers(
-        *request.origin, 3, "origin is a point X,Y,Z in metres east, north and up");
-    summary.tree.foot = {foot[0], foot[1], foot[2]};
+  if (origin) {
+    summary.tree.foot = *origin;
     summary.tree.ground_from = "--origin";
   }
-  if (request.origin || !is_own) {
+  if (origin || !is_own) {
     summary.scene = MovedTo(summary.scene, summary.tree.foot);
     summary.tree.foot.setZero();
   }

@@ -122,7 +122,7 @@ class OnePhoto(RelightCase):
         photo = self.folder / "overlay.jpg"
         shutil.copy(self.photo, photo)
         self.refused("cameras", photo, "-o", self.folder, names=["overlay.jpg", "photo itself"])
-        self.refused("cameras", SAMPLE, "--heading", "N", code=2, names=["one photo", "capture"])
+        self.refused("cameras", SAMPLE, "--foot", "9,9", code=2, names=["one photo", "capture"])
 
     def test_a_captures_photo_is_said_to_be_one(self):
         outcome = self.done("cameras", SAMPLE / "photos" / "view_00.jpg", "-o",

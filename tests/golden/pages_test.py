@@ -28,7 +28,7 @@ class Help(RelightCase):
                 options = re.findall(r"(?m)^  (-\S.*)$", outcome.out)
                 self.assertGreaterEqual(len(options), 1)
                 for line in options:
-                    self.assertRegex(line, r"^-\S+( [][A-Z|a-z0-9,. /]+)? {2,}\S|^-\S+( \S+)*$")
+                    self.assertRegex(line, r"^-\S+( [][A-Z|a-z0-9,.= /]+)? {2,}\S|^-\S+( \S+)*$")
 
     def test_numbers_have_range_and_default(self):
         text = self.done("hour", "--help").out
