@@ -18,8 +18,67 @@ namespace {
 struct VolumeRequest {
   std::filesystem::path folder;
   bool force = false, json = false;
+  std::optional<std::string> leave_out;
   std::map<std::string, std::string> options;
 };
+
+// What a user should know of the mattes, from how they fit each other.
+void SayFit(const OpacitySummary& summary, const ConsoleOptions& console) {
+  for (const ViewWeight& view : summary.views) {
+    if (view.weight == 1.0) continue;
+    Say(console,
+        fmt::format(
+            "{}: its matte does not fit the others ({:.2f} rms); it counts for {:.0f} "
+            "%. Look at its matte and camera",
+            view.view,
+            view.residual_rms,
+            100 * view.weight));
+  }
+  if (summary.hidden_voxels > 0) {
+    Say(console,
+        fmt::format("{} voxels lie where no photo sees into the crown; they are filled "
+                    "from their surroundings",
+                    summary.hidden_voxels));
+  }
+}
+
+nlohmann::json JsonOf(const OpacitySummary& summary) {
+  nlohmann::json json = {{"residual_rms", summary.residual_rms},
+                         {"densified_voxels", summary.densified_voxels},
+                         {"hidden_voxels", summary.hidden_voxels},
+                         {"iterations", summary.iterations}};
+  for (const ViewWeight& view : summary.views) {
+    json["mattes"].push_back({{"view", view.view},
+                              {"residual_rms", view.residual_rms},
+                              {"weight", view.weight}});
+  }
+  return json;
+}
+
+int Judge(const VolumeRequest& request,
+          const Capture& capture,
+          const CaptureOptions& options,
+          const ConsoleOptions& console) {
+  const HeldOut judged =
+      JudgeVolume(capture, options, *request.leave_out, ShowProgress(console, "volume"));
+  SayFit(judged.summary, console);
+  if (request.json) {
+    nlohmann::json json = JsonOf(judged.summary);
+    json["left_out"] = *request.leave_out;
+    json["held_out_rmse"] = judged.rmse;
+    json["used_rmse"] = judged.rmse_used;
+    json["occupied_voxels"] = judged.summary.occupied_voxels;
+    fmt::print("{}\n", json.dump(1));
+  } else {
+    fmt::print(
+        "{}: {:.4f} rms of opacity over 0.10 m where it was left out; {:.4f} in "
+        "the mean of the views used\n",
+        *request.leave_out,
+        judged.rmse,
+        judged.rmse_used);
+  }
+  return 0;
+}
 
 int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   const Capture capture = OpenCapture(request.folder);
@@ -33,6 +92,7 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   for (const auto& [name, camera] : cameras) {
     mattes.Make(FindView(capture, name), false, progress);
   }
+  if (request.leave_out) return Judge(request, capture, options, console);
   const auto file = request.folder / "volume.vdb";
   std::optional<OpacitySummary> made;
   if (VolumeIsStale(capture, records, options, request.force)) {
@@ -53,6 +113,7 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
     if (made) {
       Say(console,
           fmt::format("the mattes are met within {:.3f} rms", made->residual_rms));
+      SayFit(*made, console);
     }
     if (!console.quiet) fmt::print("{}\n", file.string());
     return 0;
@@ -63,10 +124,7 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
                          {"occupied_voxels", occupied},
                          {"views", cameras.size()},
                          {"made", made.has_value()}};
-  if (made) {
-    json["residual_rms"] = made->residual_rms;
-    json["densified_voxels"] = made->densified_voxels;
-  }
+  if (made) json.update(JsonOf(*made));
   fmt::print("{}\n", json.dump(1));
   return 0;
 }
@@ -81,6 +139,11 @@ Verb AddVolume(CLI::App& program, const ConsoleOptions& console) {
       ->required()
       ->type_name("DIR");
   app->add_flag("--force", request->force, "make it again");
+  app->add_option("--leave-out",
+                  request->leave_out,
+                  "judge: make a volume without this view and compare it with the view's "
+                  "matte; volume.vdb stays as it is")
+      ->type_name("VIEW");
   app->add_flag("--json", request->json, "print figures as JSON");
   AddFlags(*app, OpacityOptions(), "Volume", request->options);
   AddFlags(*app, ViewSelectionOptions(), "Volume", request->options);

@@ -73,8 +73,9 @@ void CheckFields(const Options& options) {
   Options copy = options;
   Describe(copy, [&](const auto& value, const FieldInfo& info) {
     using Value = std::decay_t<decltype(value)>;
-    if constexpr (std::is_same_v<Value, std::optional<double>>) {
-      if (value) check(*value, info);
+    if constexpr (std::is_same_v<Value, std::optional<double>> ||
+                  std::is_same_v<Value, std::optional<int>>) {
+      if (value) check(static_cast<double>(*value), info);
     } else if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {
       check(static_cast<double>(value), info);
     }

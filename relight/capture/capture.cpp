@@ -104,6 +104,11 @@ CaptureOptions OptionsFrom(const CaptureFile& file,
     }
   }
   for (const auto& [name, text] : from_user) set(name, text);
+  // The paper as a whole, its volume too
+  if (options.light.method == Method::kCabral2011 &&
+      !file.options.contains("volume-method") && !from_user.contains("volume-method")) {
+    options.volume.method = VolumeMethod::kReche2004;
+  }
   return options;
 }
 

@@ -23,7 +23,7 @@ const fs::path kVolumeFile = "volume.vdb";
 const fs::path kLightFile = fs::path("cache") / "light.vdb";
 
 std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
-  StageKey key("volume 1");
+  StageKey key("volume 2");
   key.Add(FieldsText(options.volume));
   key.AddFile(capture.folder / "cameras" / "cameras.txt");
   key.AddFile(capture.folder / "cameras" / "images.txt");
@@ -139,6 +139,35 @@ OpacitySummary MakeVolume(const Capture& capture,
                {"views", std::to_string(views.size())}});
   records.Remember(kVolumeStage, VolumeKey(capture, options), {kVolumeFile});
   return estimate.summary;
+}
+
+HeldOut JudgeVolume(const Capture& capture,
+                    const CaptureOptions& options,
+                    const std::string& left_out,
+                    const Progress& progress) {
+  std::vector<MatteView> views = MatteViewsOf(capture, options);
+  const auto out = std::find_if(views.begin(), views.end(), [&](const MatteView& view) {
+    return view.name == left_out;
+  });
+  if (out == views.end()) {
+    std::string names;
+    for (const MatteView& view : views) names += (names.empty() ? "" : ", ") + view.name;
+    throw InputError("leave-out: \"" + left_out +
+                     "\" is none of the views that the volume is made from; they are " +
+                     names);
+  }
+  const MatteView held = *out;
+  views.erase(out);
+  const Eigen::AlignedBox3d bounds = HullBounds(
+      views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
+  OpacityEstimate estimate =
+      EstimateOpacity(views, bounds, options.volume, progress.Part(0.05, 1));
+  HeldOut judged{MatteRmse(estimate.grid, held), 0.0, std::move(estimate.summary)};
+  for (const MatteView& view : views) {
+    judged.rmse_used +=
+        MatteRmse(estimate.grid, view) / static_cast<double>(views.size());
+  }
+  return judged;
 }
 
 Tree TreeOf(const Capture& capture,

@@ -57,6 +57,19 @@ OpacitySummary MakeVolume(const Capture& capture,
                           const CaptureOptions& options,
                           const Progress& progress);
 
+// A volume made from all views but one, judged by that one's matte (MatteRmse). The
+// capture's own volume stays as it is. Throws InputError when there is no such view among
+// those that the volume is made from.
+struct HeldOut {
+  double rmse = 0.0;       // Of the view left out.
+  double rmse_used = 0.0;  // Mean over the views used.
+  OpacitySummary summary = {};
+};
+HeldOut JudgeVolume(const Capture& capture,
+                    const CaptureOptions& options,
+                    const std::string& left_out,
+                    const Progress& progress);
+
 // Reads the volume; reads or makes its transmittance to the sky.
 Tree TreeOf(const Capture& capture,
             StageRecords& records,

@@ -1,54 +1,70 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Extinction of a tree from its alpha mattes, by the projections of [Reche04 §5, App. A].
-//
-// The transparency of a matte's pixel p is the product of those of the cells its ray
-// crosses; logarithms q = ln t make it a plane, onto which all n cells are projected:
-//
-//   ln t_p = sum_i ln t_i                                        [Reche04, Eq. 9]
-//   q'_i = q_i + (q_p - sum_k q_k) / n,   t'_i = min(exp(q'_i), 1)
-//   delta_i = w_i (t'_i - t_i)                                   [Reche04, Eq. 13]
-//
-// with w_i the part of the pixel's pyramid inside the cell over the cell's volume (length
-// of the ray in the cell x distance^2 x the pixel's area at distance 1). After all pixels
-// of all mattes each cell moves by sum(delta) / sum(w), and is emptied for good where t
-// exceeds the cutoff. (That t' stays <= 1 is not in the paper: a cell cannot shine.
-// Without it the volumes are thinner and fit the mattes worse.) Cells start from their
-// footprints (footprint_opacity.h). What is stored is extinction, (V1).
+// Extinction of a tree from its alpha mattes: by regularised least squares
+// (tomography.h), or by the papers' projections (projected_opacity.h); and what a volume
+// shows to a camera.
 
 #include "relight/base/field.h"
+#include "relight/base/field_text.h"
 #include "relight/base/progress.h"
 #include "relight/volume/extinction_grid.h"
 #include "relight/volume/footprint_opacity.h"
+#include "relight/volume/tomography.h"
 
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace relight {
 
+enum class VolumeMethod { kTomography, kReche2004 };
+inline constexpr EnumWord<VolumeMethod> kVolumeMethodWords[] = {
+    {"tomography", VolumeMethod::kTomography}, {"reche2004", VolumeMethod::kReche2004}};
+inline std::span<const EnumWord<VolumeMethod>> EnumWords(VolumeMethod) {
+  return kVolumeMethodWords;
+}
+
 struct OpacityOptions {
-  int cells = 100;           // Along the box's longest side.
-  int iterations = 8;        // [Reche04]: 3 to 4 suffice; 3 to 8 measured here.
-  double alpha_max = 0.995;  // Mattes are clipped here: ln t_p is infinite at 1.
-  double cutoff = 0.94;      // Transparency of a cell above which it is emptied.
-  int kth_smallest = 1;      // Start from the k-th smallest footprint: k - 1 bad mattes.
-  double scale = 1.0;        // s of [Cabral11 §7.1]: multiplies the extinction at last.
-  bool densify = false;      // [Cabral11 §7.1], densification.h.
+  VolumeMethod method = VolumeMethod::kTomography;
+  int cells = 100;                     // Along the box's longest side.
+  std::optional<int> iterations = {};  // Left out: 16, or 8 of reche2004.
+  double smoothness = 1.0;             // Tomography only.
+  double alpha_max = 0.995;            // Reche2004 only, as is
+  double cutoff = 0.94;                // this (projected_opacity.h).
+  int kth_smallest = 1;                // k - 1 bad mattes may call tree empty.
+  double scale = 1.0;    // s of [Cabral11 §7.1]: multiplies the extinction.
+  bool densify = false;  // [Cabral11 §7.1], densification.h.
 };
 
 template <class Visitor>
 void Describe(OpacityOptions& o, Visitor&& field) {
+  field(o.method,
+        FieldInfo{"volume-method",
+                  "",
+                  "how the volume is found: tomography, or reche2004 as in the papers"});
   field(o.cells,
         FieldInfo{"cells", "", "voxels along the box's longest side", Between(8, 512)});
   field(o.iterations,
-        FieldInfo{"iterations", "", "passes over all mattes", Between(1, 100)});
+        FieldInfo{"iterations",
+                  "",
+                  "passes over all mattes: 16, or 8 of reche2004",
+                  Between(1, 1000)});
+  field(o.smoothness,
+        FieldInfo{"smoothness",
+                  "",
+                  "weight of the prior, over that which the mattes' noise asks for; "
+                  "tomography",
+                  Between(0, 100)});
   field(o.alpha_max,
-        FieldInfo{
-            "alpha-max", "", "mattes are clipped at this opacity", Between(0.5, 0.9999)});
+        FieldInfo{"alpha-max",
+                  "",
+                  "mattes are clipped at this opacity; reche2004",
+                  Between(0.5, 0.9999)});
   field(o.cutoff,
         FieldInfo{"cutoff",
                   "",
-                  "transparency of a voxel above which it is emptied",
+                  "transparency of a voxel above which it is emptied; reche2004",
                   Between(0.5, 1)});
   field(
       o.kth_smallest,
@@ -68,6 +84,10 @@ struct OpacitySummary {
       0.0;  // Of the mattes: volume's opacity - alpha, where alpha > 0.02.
   std::size_t occupied_voxels = 0;
   std::size_t densified_voxels = 0;
+  // Of tomography:
+  std::size_t hidden_voxels = 0;  // That no photo sees, filled from their surroundings.
+  std::vector<ViewWeight> views = {};  // How each matte fits the others, and counts.
+  std::vector<double> objective = {};  // After each pass.
 };
 
 struct OpacityEstimate {
@@ -86,5 +106,12 @@ OpacityEstimate EstimateOpacity(std::span<const MatteView> views,
 
 // Opacity 1 - exp(-optical depth) of the volume along the ray of each pixel of `camera`.
 cv::Mat1f RenderOpacity(const ExtinctionGrid& grid, const Camera& camera);
+
+// Root mean square of the volume's opacity less the matte's, both averaged over squares
+// of `footprint_m` at the tree, within alpha > 0.02 grown by 3 pixels: with a view that
+// the volume was not made from, how well it tells what it has not seen.
+double MatteRmse(const ExtinctionGrid& grid,
+                 const MatteView& view,
+                 double footprint_m = 0.10);
 
 }  // namespace relight

@@ -72,8 +72,8 @@ TEST(OpacityEstimation, SharesAPixelsOpacityAmongTheCellsOfItsRay) {
   }
   const Eigen::AlignedBox3d column(Eigen::Vector3d(-0.25, -2, -0.25),
                                    Eigen::Vector3d(0.25, 2, 0.25));
-  const OpacityEstimate estimate =
-      EstimateOpacity(views, column, {.cells = 8, .iterations = 1});
+  const OpacityEstimate estimate = EstimateOpacity(
+      views, column, {.method = VolumeMethod::kReche2004, .cells = 8, .iterations = 1});
   ASSERT_EQ(estimate.grid.cells, Eigen::Vector3i(1, 8, 1));
   for (const float sigma : estimate.grid.sigma_per_m) {
     EXPECT_NEAR(std::exp(-8 * 0.5 * sigma), 0.2, 1e-5);  // Logarithms of floats
@@ -92,8 +92,13 @@ TEST(OpacityEstimation, MovesACellToTheWeightedMeanOfItsPixels) {
   }
   const Eigen::AlignedBox3d column(Eigen::Vector3d(-0.25, -2, -0.25),
                                    Eigen::Vector3d(0.25, 2, 0.25));
-  const ExtinctionGrid grid =
-      EstimateOpacity(views, column, {.cells = 8, .iterations = 1, .cutoff = 1.0}).grid;
+  const ExtinctionGrid grid = EstimateOpacity(views,
+                                              column,
+                                              {.method = VolumeMethod::kReche2004,
+                                               .cells = 8,
+                                               .iterations = 1,
+                                               .cutoff = 1.0})
+                                  .grid;
   for (int cell = 0; cell < 8; ++cell) {
     const double y_m = -1.75 + 0.5 * cell;
     const double near2 = std::pow(20 + y_m, 2), far2 = std::pow(30 - y_m, 2);
@@ -115,8 +120,13 @@ TEST(OpacityEstimation, GivesTheMattesOfABallBack) {
   const double thin_per_m = 0.9;
   const std::vector<MatteView> views = BallViews(12, thin_per_m);
   const ExtinctionGrid truth = TrueBall(thin_per_m);
-  const auto [grid, summary] = EstimateOpacity(
-      views, BallBox(), {.cells = 24, .iterations = 20, .cutoff = 1.0, .scale = 1.5});
+  const auto [grid, summary] = EstimateOpacity(views,
+                                               BallBox(),
+                                               {.method = VolumeMethod::kReche2004,
+                                                .cells = 24,
+                                                .iterations = 20,
+                                                .cutoff = 1.0,
+                                                .scale = 1.5});
   // From where no photo was taken
   const Camera unseen = tests::LookingAt(
       kCenter + 12 * DirectionFromAzimuthElevation(0.26, 0.5), kCenter, 120, 120, 400);
@@ -131,7 +141,8 @@ TEST(OpacityEstimation, GivesTheMattesOfABallBack) {
 }
 
 TEST(OpacityEstimation, FindsTwoThirdsOfTheExtinctionWithoutAScale) {
-  const auto [grid, summary] = EstimateOpacity(BallViews(), BallBox(), {.cells = 24});
+  const auto [grid, summary] = EstimateOpacity(
+      BallViews(), BallBox(), {.method = VolumeMethod::kReche2004, .cells = 24});
   const double total = TotalExtinction(grid) / TotalExtinction(TrueBall());
   std::cout << "residual " << summary.residual_rms << ", extinction over the truth "
             << total << "\n";
@@ -145,8 +156,10 @@ TEST(OpacityEstimation, MorePassesFitBetter) {
   const std::vector<MatteView> views = BallViews(6);
   double before = 1.0;
   for (const int iterations : {2, 4, 8}) {
-    const auto [grid, summary] =
-        EstimateOpacity(views, BallBox(), {.cells = 24, .iterations = iterations});
+    const auto [grid, summary] = EstimateOpacity(
+        views,
+        BallBox(),
+        {.method = VolumeMethod::kReche2004, .cells = 24, .iterations = iterations});
     EXPECT_LT(summary.residual_rms, before);
     EXPECT_EQ(summary.iterations, iterations);
     before = summary.residual_rms;
@@ -156,7 +169,8 @@ TEST(OpacityEstimation, MorePassesFitBetter) {
 TEST(OpacityEstimation, OneBadMatteOfTwelveIsForgiven) {
   std::vector<MatteView> views = BallViews();
   views[4].alpha.colRange(0, 60).setTo(0);  // Half of the tree taken for sky
-  const OpacityOptions first{.cells = 24}, second{.cells = 24, .kth_smallest = 2};
+  const OpacityOptions first{.method = VolumeMethod::kReche2004, .cells = 24},
+      second{.method = VolumeMethod::kReche2004, .cells = 24, .kth_smallest = 2};
   const auto lost = EstimateOpacity(views, BallBox(), first);
   const auto kept = EstimateOpacity(views, BallBox(), second);
   const auto good = EstimateOpacity(BallViews(), BallBox(), first);
@@ -175,7 +189,8 @@ TEST(OpacityEstimation, OneBadMatteOfTwelveIsForgiven) {
 }
 
 TEST(OpacityEstimation, EmptiesWhatIsClearerThanTheCutoff) {
-  const auto [grid, summary] = EstimateOpacity(BallViews(), BallBox(), {.cells = 24});
+  const auto [grid, summary] = EstimateOpacity(
+      BallViews(), BallBox(), {.method = VolumeMethod::kReche2004, .cells = 24});
   for (const float sigma : grid.sigma_per_m) {
     EXPECT_TRUE(sigma == 0.0f || std::exp(-sigma * grid.cell_m) <= 0.94 + 1e-6);
   }
@@ -183,8 +198,10 @@ TEST(OpacityEstimation, EmptiesWhatIsClearerThanTheCutoff) {
 
 TEST(OpacityEstimation, TheScaleMultipliesTheExtinction) {
   const std::vector<MatteView> views = BallViews(4);
-  const auto one = EstimateOpacity(views, BallBox(), {.cells = 16});
-  const auto two = EstimateOpacity(views, BallBox(), {.cells = 16, .scale = 2.0});
+  const auto one = EstimateOpacity(
+      views, BallBox(), {.method = VolumeMethod::kReche2004, .cells = 16});
+  const auto two = EstimateOpacity(
+      views, BallBox(), {.method = VolumeMethod::kReche2004, .cells = 16, .scale = 2.0});
   for (std::size_t i = 0; i < one.grid.sigma_per_m.size(); ++i) {
     EXPECT_EQ(2 * one.grid.sigma_per_m[i], two.grid.sigma_per_m[i]);
   }
@@ -194,9 +211,26 @@ TEST(OpacityEstimation, DoesNotDependOnThreads) {
   const std::vector<MatteView> views = BallViews(5);
   const auto with = [&](int threads) {
     const tests::WithThreads limit(threads);
-    return EstimateOpacity(views, BallBox(), {.cells = 20}).grid.sigma_per_m;
+    return EstimateOpacity(
+               views, BallBox(), {.method = VolumeMethod::kReche2004, .cells = 20})
+        .grid.sigma_per_m;
   };
   EXPECT_TRUE(tests::SameBytes(with(1), with(2)));
+}
+
+// A volume of no extinction beside a matte of 1: the error is 1 where the matte's square
+// lies whole inside, whatever the footprint.
+TEST(OpacityEstimation, TheRmseOfAMatteAveragesOverTheFootprint) {
+  const Camera camera = tests::LookingAt({0.4, -12.3, 2}, kCenter, 61, 61, 200);
+  MatteView view{"v", camera, cv::Mat1f(61, 61, 0.0f)};
+  view.alpha(cv::Rect(20, 20, 21, 21)).setTo(1.0f);
+  ExtinctionGrid empty = TrueBall();
+  std::fill(empty.sigma_per_m.begin(), empty.sigma_per_m.end(), 0.0f);
+  // 21 of 27 pixels a side are 1
+  EXPECT_NEAR(MatteRmse(empty, view, 0.01), 21.0 / 27, 1e-6);
+  EXPECT_LT(MatteRmse(empty, view, 0.3), 21.0 / 27 - 0.01);
+  view.alpha = RenderOpacity(TrueBall(), camera);
+  EXPECT_EQ(MatteRmse(TrueBall(), view), 0.0);
 }
 
 TEST(OpacityEstimation, SaysWhatIsWrong) {
@@ -205,6 +239,7 @@ TEST(OpacityEstimation, SaysWhatIsWrong) {
     return EstimateOpacity(views, BallBox(), options);
   };
   EXPECT_THROW(estimate({.cells = 7}), OptionError);
+  EXPECT_THROW(estimate({.smoothness = -1.0}), OptionError);
   EXPECT_THROW(estimate({.iterations = 0}), OptionError);
   EXPECT_THROW(estimate({.alpha_max = 1.0}), OptionError);
   EXPECT_THROW(estimate({.cutoff = 1.1}), OptionError);
@@ -214,7 +249,7 @@ TEST(OpacityEstimation, SaysWhatIsWrong) {
   std::vector<MatteView> empty = views;
   for (MatteView& view : empty) view.alpha.setTo(0);
   try {
-    EstimateOpacity(empty, BallBox(), {.cells = 16});
+    EstimateOpacity(empty, BallBox(), {.method = VolumeMethod::kReche2004, .cells = 16});
     FAIL();
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("--kth-smallest"), std::string::npos);

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// How right and how fast the volume is, on rendered trees whose foliage is known.
+//
+//   benchmark_volume [TREE …]     folders of the layout of shared data/maple
+//
+// Each method is given true mattes and cameras. Held out: each of the views 0, 3, 6 and 9
+// is left out in turn, and its matte compared with the volume's over 0.10 m at the tree.
+
+#include "relight/base/error.h"
+#include "relight/cameras/colmap_model.h"
+#include "relight/photo/image_file.h"
+#include "relight/volume/opacity_estimation.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace relight {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TrueTree {
+  std::string name;
+  std::vector<MatteView> views;
+  Eigen::AlignedBox3d box;
+  struct Face {
+    Eigen::Vector3d center;
+    double area_m2;
+    bool is_leaf;
+  };
+  std::vector<Face> faces;
+};
+
+TrueTree ReadTree(const fs::path& folder) {
+  TrueTree tree;
+  tree.name = folder.filename().string();
+  for (const NamedCamera& named : ReadColmap(folder / "sparse").cameras) {
+    tree.views.push_back(
+        {named.view, named.camera, ReadMatte(folder / "alpha" / (named.view + ".png"))});
+  }
+  std::ifstream truth_file(folder / "capture_truth.json");
+  const auto truth = nlohmann::json::parse(truth_file);
+  for (int axis = 0; axis < 3; ++axis) {
+    tree.box.min()[axis] = truth["bbox_min_m"][axis].get<double>() - 0.15;
+    tree.box.max()[axis] = truth["bbox_max_m"][axis].get<double>() + 0.15;
+  }
+  std::ifstream file(folder / "foliage.ply", std::ios::binary);
+  const std::string ply((std::istreambuf_iterator<char>(file)), {});
+  const std::size_t begin = ply.find("end_header\n");
+  if (begin == std::string::npos) throw InputError(folder.string() + ": no foliage.ply");
+  constexpr std::size_t kBytes = 7 * sizeof(float) + 1;
+  for (std::size_t at = begin + 11; at + kBytes <= ply.size(); at += kBytes) {
+    float values[7];
+    std::memcpy(values, ply.data() + at, sizeof(values));
+    tree.faces.push_back(
+        {{values[0], values[1], values[2]}, values[6], ply[at + sizeof(values)] != 0});
+  }
+  return tree;
+}
+
+// Half the leaf area and a quarter of the bark area per volume [1/m].
+ExtinctionGrid FoliageOf(const TrueTree& tree, const ExtinctionGrid& like) {
+  ExtinctionGrid foliage = like;
+  std::fill(foliage.sigma_per_m.begin(), foliage.sigma_per_m.end(), 0.0f);
+  for (const TrueTree::Face& face : tree.faces) {
+    const Eigen::Vector3i at =
+        ((face.center - like.origin_m) / like.cell_m).array().floor().cast<int>();
+    if ((at.array() < 0).any() || (at.array() >= like.cells.array()).any()) continue;
+    foliage.sigma_per_m[foliage.Index(at.x(), at.y(), at.z())] += static_cast<float>(
+        (face.is_leaf ? 0.5 : 0.25) * face.area_m2 / std::pow(like.cell_m, 3));
+  }
+  return foliage;
+}
+
+double Correlation(const std::vector<float>& a, const std::vector<float>& b) {
+  double sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
+  const auto n = static_cast<double>(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sa += a[i];
+    sb += b[i];
+    saa += double(a[i]) * a[i];
+    sbb += double(b[i]) * b[i];
+    sab += double(a[i]) * b[i];
+  }
+  return (sab - sa * sb / n) / std::sqrt((saa - sa * sa / n) * (sbb - sb * sb / n));
+}
+
+double RelativeL1(const std::vector<float>& a, const std::vector<float>& truth) {
+  double apart = 0, all = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    apart += std::abs(double(a[i]) - truth[i]);
+    all += truth[i];
+  }
+  return apart / all;
+}
+
+double Seconds(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+void Judge(const TrueTree& tree, const OpacityOptions& options, const std::string& name) {
+  std::vector<double> held;
+  for (const std::size_t out : {0, 3, 6, 9}) {
+    std::vector<MatteView> others = tree.views;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(out));
+    const auto estimate = EstimateOpacity(others, tree.box, options);
+    held.push_back(MatteRmse(estimate.grid, tree.views[out]));
+  }
+  const double begin = Seconds(CLOCK_MONOTONIC);
+  const auto [grid, summary] = EstimateOpacity(tree.views, tree.box, options);
+  const double seconds = Seconds(CLOCK_MONOTONIC) - begin;
+  double used = 0;
+  for (const MatteView& view : tree.views) used += MatteRmse(grid, view);
+  const ExtinctionGrid foliage = FoliageOf(tree, grid);
+  fmt::print(
+      "| {} | {} | {} | {:.4f} | {:.4f} {:.4f} {:.4f} {:.4f} | {:.4f} | {:.3f} | {:.2f} "
+      "| {} | "
+      "{:.1f} |\n",
+      tree.name,
+      options.cells,
+      name,
+      (held[0] + held[1] + held[2] + held[3]) / 4,
+      held[0],
+      held[1],
+      held[2],
+      held[3],
+      used / static_cast<double>(tree.views.size()),
+      Correlation(grid.sigma_per_m, foliage.sigma_per_m),
+      RelativeL1(grid.sigma_per_m, foliage.sigma_per_m),
+      summary.occupied_voxels,
+      seconds);
+  std::fflush(stdout);
+}
+
+int Run(int count, char** words) {
+  const char* shared = std::getenv("RELIGHT_SHARED");
+  const fs::path data =
+      fs::path(shared ? shared : RELIGHT_SOURCE_DIR "/../shared") / "data";
+  std::vector<fs::path> trees(words + 1, words + count);
+  if (trees.empty()) trees = {data / "maple", data / "birch"};
+  fmt::print(
+      "| tree | cells | method | held-out RMSE | views 0, 3, 6, 9 | on views used | "
+      "correlation with the foliage | relative L1 | voxels | s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const fs::path& folder : trees) {
+    const TrueTree tree = ReadTree(folder);
+    for (const int cells : {64, 100, 128}) {
+      Judge(tree, {.method = VolumeMethod::kReche2004, .cells = cells}, "reche2004");
+      Judge(tree, {.cells = cells}, "tomography");
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace relight
+
+int main(int count, char** words) {
+  try {
+    return relight::Run(count, words);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "benchmark_volume: {}\n", error.what());
+    return 1;
+  }
+}
