@@ -181,8 +181,8 @@ std::vector<PerVoxel> BackProject(const Level& level,
 }
 
 // Gradient of the mattes' part of (V3), and curvature of its separable surrogate times
-// the voxel's share s + kShare: a step falls on voxels by what they hold.
-// [Erdogan99, Eq. 24]
+// the voxel's share s + kShare: a step falls on voxels by what they hold, a choice of the
+// weights of separable surrogates [Erdogan99].
 PerVoxel DataSurrogate(const RayView& view, const MatteRay& ray, float transmittance) {
   const float scale = 2 * static_cast<float>(view.weight) * view.area;
   const float shares = -std::log(std::max(transmittance, 1e-6f)) + kShare * ray.length;

@@ -10,7 +10,7 @@ import unittest
 import zlib
 
 from relight_runner import (PROGRAM, SAMPLE, SHARED, VIEWS, Exr, Png, RelightCase, relight,
-                            small_capture, write_png)
+                            small_capture, wait_until_it_listens, write_png)
 
 PHOTO = SAMPLE / "photos" / "view_00.jpg"
 TRIMAP = SAMPLE / "trimaps" / "view_00.png"
@@ -146,7 +146,8 @@ class OnePhoto(RelightCase):
         out = self.folder / "m.png"
         run = subprocess.Popen([PROGRAM, "matte", str(PHOTO), "--matte-method", "ruzon2000", "-o",
                                 str(out)], stderr=subprocess.PIPE, text=True)
-        time.sleep(0.7)
+        wait_until_it_listens(run)
+        time.sleep(0.4)
         run.send_signal(signal.SIGINT)
         begin = time.monotonic()
         _, said = run.communicate(timeout=60)

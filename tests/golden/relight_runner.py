@@ -10,9 +10,11 @@ import pathlib
 import re
 import resource
 import shutil
+import signal
 import struct
 import subprocess
 import tempfile
+import time
 import unittest
 import zlib
 
@@ -86,6 +88,17 @@ def contents(folder):
 # --- A capture of three views, coarse, so that a test takes seconds ---------------------
 
 VIEWS = ("view_00", "view_04", "view_08")
+
+
+def wait_until_it_listens(run):
+    """Returns when the program catches SIGINT: a machine under load starts it late."""
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        status = pathlib.Path(f"/proc/{run.pid}/status").read_text()
+        caught = next(line for line in status.splitlines() if line.startswith("SigCgt"))
+        if int(caught.split()[1], 16) >> (signal.SIGINT - 1) & 1:
+            return
+        time.sleep(0.01)
 
 
 def small_capture(folder):
