@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/flags.h"
 #include "cli/verbs.h"
+#include "relight/base/error.h"
+#include "relight/base/version.h"
+#include "relight/base/write_file.h"
 #include "relight/capture/tree_volume.h"
 #include "relight/capture/view_matte.h"
+#include "relight/capture/volume_report.h"
 #include "relight/volume/vdb_file.h"
 
 #include <fmt/format.h>
@@ -17,8 +21,10 @@ namespace {
 
 struct VolumeRequest {
   std::filesystem::path folder;
-  bool force = false, json = false;
-  std::optional<std::string> leave_out;
+  bool force = false, json = false, report = false;
+  std::optional<std::string> leave_out, grid, up;
+  std::optional<std::filesystem::path> import;
+  std::optional<double> metres_per_unit;
   std::map<std::string, std::string> options;
 };
 
@@ -80,9 +86,52 @@ int Judge(const VolumeRequest& request,
   return 0;
 }
 
+// Puts a tree of another program into the capture; as a file of the user's own, it stays
+// until --force.
+void Import(const VolumeRequest& request, const CaptureOptions& options) {
+  VdbImport from;
+  from.grid = request.grid.value_or("");
+  from.scale_per_m = options.volume.scale;
+  from.unit_m = request.metres_per_unit.value_or(1.0);
+  from.up = request.up == "y" ? UpAxis::kY : UpAxis::kZ;
+  if (request.options.contains("cells")) from.cells = options.volume.cells;
+  const ExtinctionGrid grid = ImportVdb(*request.import, from);
+  WriteVolume(request.folder / "volume.vdb",
+              grid,
+              {{"software", std::string("relight ") + Version()},
+               {"imported", request.import->filename().string()}});
+}
+
+// Everything that only an import has a use for.
+void RequireImport(const VolumeRequest& request) {
+  if (request.import) {
+    if (request.leave_out) {
+      throw OptionError("--leave-out judges a volume made from mattes; without --import");
+    }
+    return;
+  }
+  for (const auto& [flag, given] :
+       {std::pair{"--grid", request.grid.has_value()},
+        {"--up", request.up.has_value()},
+        {"--metres-per-unit", request.metres_per_unit.has_value()}}) {
+    if (given) throw OptionError(std::string(flag) + " belongs to --import FILE.vdb");
+  }
+}
+
+void Report(const VolumeRequest& request,
+            const Capture& capture,
+            const CaptureOptions& options,
+            const ConsoleOptions& console) {
+  const auto file = request.folder / "volume.html";
+  WriteTextWhole(file, VolumeReport(capture, options, ShowProgress(console, "report")));
+  if (!console.quiet && !request.json) fmt::print("{}\n", file.string());
+}
+
 int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
+  RequireImport(request);
   const Capture capture = OpenCapture(request.folder);
   const CaptureOptions options = OptionsFrom(capture.file, request.options);
+  if (request.import) Import(request, options);
   StageRecords records(capture.folder);
   const auto cameras = VolumeCamerasOf(capture, options);
   if (const std::string note = SelectionNote(capture, options); !note.empty())
@@ -95,11 +144,19 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   if (request.leave_out) return Judge(request, capture, options, console);
   const auto file = request.folder / "volume.vdb";
   std::optional<OpacitySummary> made;
-  if (VolumeIsStale(capture, records, options, request.force)) {
+  if (request.import) {
+    Say(console, file.string() + " is from " + request.import->string());
+  } else if (VolumeIsStale(capture, records, options, request.force)) {
     made = MakeVolume(capture, records, options, ShowProgress(console, "volume"));
   } else {
-    Say(console, file.string() + " is up to date (--force makes it again)");
+    Say(console,
+        file.string() +
+            (VolumeIsEdited(capture, records)
+                 ? " is not as relight made it; it stays as it is"
+                 : " is up to date") +
+            " (--force makes it again)");
   }
+  if (request.report) Report(request, capture, options, console);
   const ExtinctionGrid grid = ReadVolume(file);
   const std::size_t occupied = FindOccupied(grid).cell.size();
   if (!request.json) {
@@ -144,6 +201,29 @@ Verb AddVolume(CLI::App& program, const ConsoleOptions& console) {
                   "judge: make a volume without this view and compare it with the view's "
                   "matte; volume.vdb stays as it is")
       ->type_name("VIEW");
+  app->add_flag("--report",
+                request->report,
+                "write a page to look at: slices, each view beside its matte, how the "
+                "fit went; DIR/volume.html");
+  app->add_option("--import",
+                  request->import,
+                  "in place of mattes: a volume of another program; it stays until "
+                  "--force. --scale is its extinction [1/m] at a density of 1, --cells N "
+                  "takes coarser voxels")
+      ->type_name("FILE.vdb");
+  app->add_option("--grid",
+                  request->grid,
+                  "with --import: which grid of the file [extinction, density, or its "
+                  "only one]")
+      ->type_name("NAME");
+  app->add_option("--metres-per-unit",
+                  request->metres_per_unit,
+                  "with --import: metres of a unit of the file's world [1]")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->type_name("M");
+  app->add_option("--up", request->up, "with --import: its axis that is up [z]")
+      ->check(CLI::IsMember({"z", "y"}))
+      ->type_name("z|y");
   app->add_flag("--json", request->json, "print figures as JSON");
   AddFlags(*app, OpacityOptions(), "Volume", request->options);
   AddFlags(*app, ViewSelectionOptions(), "Volume", request->options);

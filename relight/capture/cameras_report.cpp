@@ -4,7 +4,7 @@
 #include "relight/base/angles.h"
 #include "relight/capture/camera_overlay.h"
 #include "relight/capture/capture_times.h"
-#include "relight/composite/contact_sheet.h"
+#include "relight/capture/report_page.h"
 #include "relight/composite/frame_preview.h"
 #include "relight/composite/html_text.h"
 #include "relight/photo/capture_time.h"
@@ -17,43 +17,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <optional>
 #include <vector>
 
 namespace relight {
 namespace {
-
-constexpr const char* kStyle = R"(
-  body { margin: 0; background: #1b1b1a; color: #e8e6e1; font: 16px/1.45 system-ui, sans-serif; }
-  main { max-width: 1280px; margin: 0 auto; padding: 16px; }
-  h1 { font-size: 20px; } h2 { font-size: 17px; margin-top: 28px; }
-  table { border-collapse: collapse; } td, th { padding: 2px 14px 2px 0; text-align: left; }
-  .off { color: #ff9b7a; }
-  .photos { display: grid; gap: 12px;
-            grid-template-columns: repeat(auto-fill, minmax(280px, 1fr)); }
-  figure { margin: 0; } figure img { width: 100%; cursor: zoom-in; }
-  figure.large { grid-column: 1 / -1; } figure.large img { cursor: zoom-out; }
-  figcaption { font-size: 14px; }
-  svg { max-width: 100%; height: auto; background: #262624; }
-)";
-
-constexpr const char* kScript = R"(
-  for (const figure of document.querySelectorAll('figure'))
-    figure.addEventListener('click', () => figure.classList.toggle('large'));
-)";
-
-std::string Fixed(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
-std::string Row(const std::string& what, const std::string& value) {
-  return "<tr><th>" + HtmlEscaped(what) + "</th><td>" + HtmlEscaped(value) +
-         "</td></tr>\n";
-}
 
 struct SunOfView {
   std::optional<SolarPosition> sun;
@@ -194,31 +163,29 @@ std::string CamerasReport(const Capture& capture,
   const std::map<std::string, SunOfView> suns = SunsOf(capture, summary.scene);
   const std::string name =
       std::filesystem::absolute(capture.folder).lexically_normal().filename().string();
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width\"><title>" +
-      HtmlEscaped(name) + ": cameras</title><style>" + kStyle +
-      "</style></head><body><main>\n<h1>" + HtmlEscaped(name) + ": " +
-      std::to_string(summary.scene.cameras.size()) + " cameras of " +
-      std::to_string(capture.file.views.size()) + " photos</h1>\n<table>\n";
-  page += Row("made by", summary.made_by);
+  std::string page = ReportHead(name + ": cameras") + "<h1>" + HtmlEscaped(name) + ": " +
+                     std::to_string(summary.scene.cameras.size()) + " cameras of " +
+                     std::to_string(capture.file.views.size()) +
+                     " photos</h1>\n<table>\n";
+  page += ReportRow("made by", summary.made_by);
   if (const auto& found = summary.georeference) {
-    page += Row("north",
-                "from " + found->north_from + ", sure to " +
-                    Fixed(DegFromRad(found->north_error_rad), 1) + " deg");
-    page += Row("up",
-                "from " + found->up_from + ", sure to " +
-                    Fixed(DegFromRad(found->up_error_rad), 1) + " deg");
-    page += Row("scale",
-                "from " + found->scale_from + ", sure to " +
-                    Fixed(100 * found->scale_error, 1) + " %");
+    page += ReportRow("north",
+                      "from " + found->north_from + ", sure to " +
+                          Fixed(DegFromRad(found->north_error_rad), 1) + " deg");
+    page += ReportRow("up",
+                      "from " + found->up_from + ", sure to " +
+                          Fixed(DegFromRad(found->up_error_rad), 1) + " deg");
+    page += ReportRow("scale",
+                      "from " + found->scale_from + ", sure to " +
+                          Fixed(100 * found->scale_error, 1) + " %");
   }
-  page += Row("ground",
-              "from " + summary.tree.ground_from + ", " +
-                  Fixed(DegFromRad(summary.tree.slope_rad), 1) + " deg steep");
+  page += ReportRow("ground",
+                    "from " + summary.tree.ground_from + ", " +
+                        Fixed(DegFromRad(summary.tree.slope_rad), 1) + " deg steep");
   if (const auto& origin = summary.scene.enu_origin) {
-    page += Row("origin",
-                Fixed(origin->latitude_deg, 6) + ", " + Fixed(origin->longitude_deg, 6));
+    page += ReportRow(
+        "origin",
+        Fixed(origin->latitude_deg, 6) + ", " + Fixed(origin->longitude_deg, 6));
   }
   page += "</table>\n";
   std::vector<std::string> notes = summary.notes;
@@ -273,15 +240,12 @@ std::string CamerasReport(const Capture& capture,
                            sun.elevation_rad);
     }
     const cv::Mat3b overlay = CameraOverlay(display, camera, options);
-    page += "<figure id=\"" + HtmlEscaped(view) + "\"><img alt=\"" + HtmlEscaped(view) +
-            " with its overlay\" src=\"data:image/jpeg;base64," +
-            Base64(JpegOf(overlay, 80)) + "\"><figcaption>" + HtmlEscaped(view) +
-            Looks(camera) + (of == suns.end() || of->second.when.empty() ? "" : ", ") +
-            HtmlEscaped(of == suns.end() ? "" : of->second.when) +
-            (words.empty() ? "" : ", sun: ") + HtmlEscaped(words) +
-            "</figcaption></figure>\n";
+    std::string caption = view + Looks(camera);
+    if (of != suns.end() && !of->second.when.empty()) caption += ", " + of->second.when;
+    if (!words.empty()) caption += ", sun: " + words;
+    page += ReportFigure(view, view + " with its overlay", caption, overlay);
   }
-  page += "</div>\n</main><script>" + std::string(kScript) + "</script></body></html>\n";
+  page += "</div>\n" + ReportFoot();
   progress.Report(1);
   return page;
 }

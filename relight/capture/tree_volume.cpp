@@ -107,11 +107,18 @@ bool VolumeIsStale(const Capture& capture,
                    const StageRecords& records,
                    const CaptureOptions& options,
                    bool force) {
-  return force || IsStale(records.StateOf(kVolumeStage, VolumeKey(capture, options)));
+  if (force) return true;
+  if (VolumeIsEdited(capture, records)) return false;
+  return IsStale(records.StateOf(kVolumeStage, VolumeKey(capture, options)));
 }
 
 bool VolumeIsEdited(const Capture& capture, const StageRecords& records) {
-  return fs::exists(capture.folder / kVolumeFile) && !records.IsOurs(kVolumeFile);
+  const fs::path file = capture.folder / kVolumeFile;
+  if (!fs::exists(file)) return false;
+  const auto state = records.StateOf(kVolumeStage, "");
+  if (state == StageRecords::State::kEdited) return true;
+  // Without a record: one that was made from mattes says from which
+  return state == StageRecords::State::kMissing && !ReadMetadata(file).contains("inputs");
 }
 
 bool LightIsStale(const Capture& capture,
@@ -132,12 +139,23 @@ OpacitySummary MakeVolume(const Capture& capture,
       views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
   const OpacityEstimate estimate =
       EstimateOpacity(views, bounds, options.volume, progress.Part(0.05, 1));
+  std::string names, objective;
+  for (const MatteView& view : views) names += (names.empty() ? "" : ", ") + view.name;
+  for (const double value : estimate.summary.objective) {
+    objective += (objective.empty() ? "" : " ") + FieldText(value);
+  }
+  const std::string key = VolumeKey(capture, options);
   WriteVolume(capture.folder / kVolumeFile,
               estimate.grid,
               {{"software", std::string("relight ") + Version()},
                {"options", FieldsText(options.volume)},
-               {"views", std::to_string(views.size())}});
-  records.Remember(kVolumeStage, VolumeKey(capture, options), {kVolumeFile});
+               {"frame", "east, north, up; metres"},
+               {"inputs", key},
+               {"views", names},
+               {"residual_rms", FieldText(estimate.summary.residual_rms)},
+               {"hidden_voxels", std::to_string(estimate.summary.hidden_voxels)},
+               {"objective", objective}});
+  records.Remember(kVolumeStage, key, {kVolumeFile});
   return estimate.summary;
 }
 

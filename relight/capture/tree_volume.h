@@ -77,7 +77,8 @@ Tree TreeOf(const Capture& capture,
             bool force,
             const Progress& progress);
 
-// A capture's volume.vdb was edited by somebody since relight made it.
+// A capture's volume.vdb is not as relight made it: edited since, or somebody's own. Only
+// `force` makes such a one again.
 bool VolumeIsEdited(const Capture& capture, const StageRecords& records);
 
 }  // namespace relight

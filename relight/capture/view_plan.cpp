@@ -163,19 +163,19 @@ void PlanStages(ViewPlan& plan) {
     }
     plan.stages.push_back({"mattes", what, 1 + kMatteSecondsPerMegapixel * matte_mpx});
   }
-  const bool volume =
-      matte_of_volume || VolumeIsStale(capture, records, plan.options, force);
+  const bool edited = VolumeIsEdited(capture, records);
+  const bool volume = (matte_of_volume && !edited) ||
+                      VolumeIsStale(capture, records, plan.options, force);
   if (volume) {
     const double rays_per_view =
         std::pow(1e-3 * std::max(600, 6 * plan.options.volume.cells), 2) * 0.8;
     plan.stages.push_back({"volume",
                            "extinction from " + std::to_string(posed) + " mattes",
                            1 + kVolumeSecondsPerMegaray * posed * rays_per_view});
-  } else if (VolumeIsEdited(capture, records)) {
-    plan.notes.push_back(
-        (capture.folder / "volume.vdb").string() +
-        " was edited since relight made it; used as it is (--force makes it "
-        "again)");
+  } else if (edited) {
+    plan.notes.push_back((capture.folder / "volume.vdb").string() +
+                         " is not as relight made it; used as it is (--force makes it "
+                         "again)");
   }
   if (volume || LightIsStale(capture, records, plan.options, force)) {
     plan.stages.push_back(

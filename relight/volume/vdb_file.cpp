@@ -7,6 +7,7 @@
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Interpolation.h>
 
 #include <cmath>
 #include <sstream>
@@ -75,26 +76,29 @@ void WriteGrids(const fs::path& file,
 // OpenVDB takes a file that was cut off for one with fewer voxels, and believes any size
 // in a damaged one. So our own are read only when their id is that of their bytes, and
 // those of other programs from a stream that throws at its end.
-openvdb::GridPtrVecPtr ReadGrids(const fs::path& file) {
+constexpr const char* kMakeAgain = "make it again with \"relight volume --force\"";
+
+openvdb::GridPtrVecPtr ReadGrids(const fs::path& file,
+                                 const std::string& remedy = kMakeAgain,
+                                 openvdb::MetaMap::Ptr* metadata = nullptr) {
   InitializeOnce();
   if (!fs::exists(file)) throw InputError(file.string() + ": not there");
   const std::string bytes = ReadText(file, std::size_t{1} << 33);
   if (HasId(bytes) && bytes[kVersionAt] == '8' &&
       bytes.compare(kIdAt, kIdLength, ContentId(bytes)) != 0) {
-    throw InputError(file.string() +
-                     ": is cut off or damaged; make it again with \"relight volume "
-                     "--force\"");
+    throw InputError(file.string() + ": is cut off or damaged; " + remedy);
   }
   try {
     std::istringstream in(bytes);
     in.exceptions(std::ios::eofbit | std::ios::failbit | std::ios::badbit);
-    return openvdb::io::Stream(in, /*delayLoad=*/false).getGrids();
+    openvdb::io::Stream stream(in, /*delayLoad=*/false);
+    if (metadata != nullptr) *metadata = stream.getMetadata();
+    return stream.getGrids();
   } catch (
       const std::exception& error) {  // OpenVDB's and, for broken sizes, the library's
     // Of a damaged file it can quote a gigabyte
     throw InputError(file.string() + ": cannot be read as OpenVDB: " +
-                     std::string(error.what()).substr(0, 100) +
-                     "; make it again with \"relight volume --force\"");
+                     std::string(error.what()).substr(0, 100) + "; " + remedy);
   }
 }
 
@@ -105,8 +109,46 @@ openvdb::FloatGrid::Ptr Named(const openvdb::GridPtrVec& grids,
     if (grid->getName() != name) continue;
     if (auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return floats;
   }
-  throw InputError(file.string() + ": has no grid of floats named \"" + name +
-                   "\"; make it again with \"relight volume --force\"");
+  throw InputError(file.string() + ": has no grid of floats named \"" + name + "\"; " +
+                   kMakeAgain);
+}
+
+// The grid to import, as floats.
+openvdb::FloatGrid::Ptr Foreign(const openvdb::GridPtrVec& grids,
+                                const std::string& wanted,
+                                const fs::path& file) {
+  std::vector<openvdb::FloatGrid::Ptr> found;
+  std::string names;
+  for (const auto& grid : grids) {
+    openvdb::FloatGrid::Ptr floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
+    if (const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid)) {
+      floats = std::make_shared<openvdb::FloatGrid>(*doubles);
+    }
+    if (!floats) continue;
+    found.push_back(floats);
+    names += (names.empty() ? "" : ", ") + floats->getName();
+  }
+  if (found.empty()) {
+    throw InputError(file.string() +
+                     ": has no grid of floats; write the tree's density as one");
+  }
+  const auto named = [&](const std::string& name) -> openvdb::FloatGrid::Ptr {
+    for (const auto& grid : found) {
+      if (grid->getName() == name) return grid;
+    }
+    return nullptr;
+  };
+  openvdb::FloatGrid::Ptr grid = wanted.empty() ? named("extinction") : named(wanted);
+  if (!grid && wanted.empty()) grid = named("density");
+  if (!grid && wanted.empty() && found.size() == 1) grid = found.front();
+  if (!grid) {
+    throw InputError(file.string() +
+                     (wanted.empty()
+                          ? ": which of its grids is the tree's density, it does not say"
+                          : ": has no grid of floats named \"" + wanted + "\"") +
+                     "; give --grid one of " + names);
+  }
+  return grid;
 }
 
 }  // namespace
@@ -129,8 +171,7 @@ ExtinctionGrid ReadVolume(const fs::path& file) {
   const auto vdb = Named(*ReadGrids(file), kExtinction, file);
   const openvdb::Vec3d size = vdb->voxelSize();
   const auto fail = [&](const std::string& what) {
-    throw InputError(file.string() + ": " + what +
-                     "; make it again with \"relight volume --force\"");
+    throw InputError(file.string() + ": " + what + "; " + kMakeAgain);
   };
   // One step of each index is one edge along its own axis
   const openvdb::Vec3d corner = vdb->indexToWorld(openvdb::Coord(0, 0, 0));
@@ -175,6 +216,106 @@ ExtinctionGrid ReadVolume(const fs::path& file) {
         fail("a voxel lies outside the box");
       }
       grid.sigma_per_m[grid.Index(c.x(), c.y(), c.z())] = *value;
+    }
+  }
+  return grid;
+}
+
+Metadata ReadMetadata(const fs::path& file) {
+  openvdb::MetaMap::Ptr map;
+  ReadGrids(file, kMakeAgain, &map);
+  Metadata metadata;
+  if (!map) return metadata;
+  for (auto entry = map->beginMeta(); entry != map->endMeta(); ++entry) {
+    metadata[entry->first] = entry->second->str();
+  }
+  return metadata;
+}
+
+ExtinctionGrid ImportVdb(const fs::path& file, const VdbImport& options) {
+  constexpr int kMostCells = 512, kMostPoints = 8;
+  const auto grids = ReadGrids(file, "write it again with the program it is from");
+  const openvdb::FloatGrid::Ptr vdb = Foreign(*grids, options.grid, file);
+  if (vdb->getGridClass() == openvdb::GRID_LEVEL_SET) {
+    throw InputError(file.string() + ": \"" + vdb->getName() +
+                     "\" is a surface (level set), not a density; convert it to a fog "
+                     "volume");
+  }
+  if (vdb->background() != 0.0f) {
+    throw InputError(file.string() + ": \"" + vdb->getName() +
+                     "\" is not 0 outside the tree; write it with a background of 0");
+  }
+  for (auto value = vdb->cbeginValueOn(); value; ++value) {
+    if (!std::isfinite(*value) || *value < 0) {
+      throw InputError(file.string() + ": \"" + vdb->getName() +
+                       "\" holds a density that is negative or not finite");
+    }
+  }
+  const openvdb::CoordBBox box = vdb->evalActiveVoxelBoundingBox();
+  if (box.empty()) {
+    throw InputError(file.string() + ": \"" + vdb->getName() + "\" is empty");
+  }
+
+  // File's world to ENU metres and back
+  const bool y_up = options.up == UpAxis::kY;
+  const auto to_m = [&](const openvdb::Vec3d& p) {
+    return Eigen::Vector3d(options.unit_m * (y_up
+                                                 ? Eigen::Vector3d(p.x(), -p.z(), p.y())
+                                                 : Eigen::Vector3d(p.x(), p.y(), p.z())));
+  };
+  const auto from_m = [&](const Eigen::Vector3d& m) {
+    const Eigen::Vector3d p = m / options.unit_m;
+    return y_up ? openvdb::Vec3d(p.x(), p.z(), -p.y())
+                : openvdb::Vec3d(p.x(), p.y(), p.z());
+  };
+  Eigen::AlignedBox3d bounds;
+  for (int corner = 0; corner < 8; ++corner) {
+    const openvdb::Vec3d low = box.min().asVec3d(), high = box.max().asVec3d();
+    bounds.extend(to_m(
+        vdb->indexToWorld(openvdb::Vec3d(corner & 1 ? high.x() + 0.5 : low.x() - 0.5,
+                                         corner & 2 ? high.y() + 0.5 : low.y() - 0.5,
+                                         corner & 4 ? high.z() + 0.5 : low.z() - 0.5))));
+  }
+  const openvdb::Vec3d size = vdb->voxelSize();
+  const double finest_m = options.unit_m * std::min({size.x(), size.y(), size.z()});
+  const double longest_m = bounds.sizes().maxCoeff();
+  if (!(finest_m > 0) || !(longest_m < 1e6)) {
+    throw InputError(file.string() + ": its voxels have no size");
+  }
+  const double native = longest_m / finest_m;
+  if (!options.cells && native > kMostCells + 0.5) {
+    throw InputError(file.string() + ": has " + std::to_string(std::lround(native)) +
+                     " voxels along its longest side, more than 512; say how many to "
+                     "take with --cells N");
+  }
+  const int cells =
+      options.cells.value_or(std::max(1, static_cast<int>(std::lround(native))));
+
+  ExtinctionGrid grid = EmptyGrid(bounds, cells);
+  const int points = std::clamp(
+      static_cast<int>(std::ceil(grid.cell_m / finest_m - 1e-6)), 1, kMostPoints);
+  const auto accessor = vdb->getConstAccessor();
+  for (int z = 0; z < grid.cells.z(); ++z) {
+    for (int y = 0; y < grid.cells.y(); ++y) {
+      for (int x = 0; x < grid.cells.x(); ++x) {
+        double sum = 0;
+        for (int point = 0; point < points * points * points; ++point) {
+          const Eigen::Vector3d within(
+              point % points, point / points % points, point / (points * points));
+          const Eigen::Vector3d at =
+              grid.origin_m + grid.cell_m * (Eigen::Vector3d(x, y, z) +
+                                             (within.array() + 0.5).matrix() / points);
+          openvdb::Vec3d index = vdb->worldToIndex(from_m(at));
+          // On a voxel's centre but for rounding: its own value
+          for (int axis = 0; axis < 3; ++axis) {
+            const double whole = std::round(index[axis]);
+            if (std::abs(index[axis] - whole) < 1e-4) index[axis] = whole;
+          }
+          sum += openvdb::tools::BoxSampler::sample(accessor, index);
+        }
+        grid.sigma_per_m[grid.Index(x, y, z)] =
+            static_cast<float>(sum / (points * points * points) * options.scale_per_m);
+      }
     }
   }
   return grid;

@@ -131,7 +131,7 @@ class Stages(RelightCase):
         self.done("volume", other, "--cells", "24")
         volume.write_bytes((other / "volume.vdb").read_bytes())
         outcome = self.done(self.capture, "--to", "17:00")
-        self.assertIn("volume.vdb was edited", outcome.err)
+        self.assertIn("volume.vdb is not as relight made it", outcome.err)
         self.assertIn("--force", outcome.err)
         self.assertEqual(volume.read_bytes(), (other / "volume.vdb").read_bytes())
         self.done(self.capture, "--to", "17:00", "--force")
@@ -149,6 +149,51 @@ class SingleVerbs(RelightCase):
         self.assertFalse(self.done("volume", capture, "--json").json["made"])
         hour = self.done(capture, "--to", "17:00", "--json").json
         self.assertEqual(hour["stages"], ["light", "relight"])
+
+    def test_a_page_of_the_volume(self):
+        capture = small_capture(self.folder / "maple")
+        done = self.done("volume", capture, "--report")
+        page = capture / "volume.html"
+        self.assertIn(str(page), done.out.split("\n"))
+        text = page.read_text()
+        for view in VIEWS:
+            self.assertRegex(text, rf'<figure id="{view}"><img [^>]*data:image/jpeg;base64,')
+            self.assertRegex(text, rf"{view}: 0\.\d+ rms apart")
+        for words in ("north is up", "seen from the south", "seen from the east"):
+            self.assertIn(words, text)
+        self.assertNotRegex(text, r'(src|href)="(?!data:)')  # Nothing from elsewhere
+        self.done("volume", capture, "--report")
+        self.assertEqual(page.read_text(), text)
+
+    def test_a_view_left_out(self):
+        capture = small_capture(self.folder / "maple")
+        self.done("volume", capture)
+        before = (capture / "volume.vdb").read_bytes()
+        left_out = self.done("volume", capture, "--leave-out", "view_04", "--json").json
+        self.assertEqual(left_out["left_out"], "view_04")
+        self.assertGreater(left_out["held_out_rmse"], left_out["used_rmse"])
+        self.assertEqual((capture / "volume.vdb").read_bytes(), before)
+        self.refused("volume", capture, "--leave-out", "view_99", names=["view_99", *VIEWS])
+
+    def test_a_volume_of_another_program(self):
+        capture = small_capture(self.folder / "maple")
+        self.done("volume", capture)
+        theirs = self.folder / "theirs.vdb"
+        (capture / "volume.vdb").rename(theirs)
+        done = self.done("volume", capture, "--import", theirs, "--scale", "0.5", "--json").json
+        self.assertFalse(done["made"])
+        self.assertGreater(done["occupied_voxels"], 100)
+        imported = (capture / "volume.vdb").read_bytes()
+        lit = self.done(capture, "--to", "17:00", "--json")
+        self.assertNotIn("volume", lit.json["stages"])
+        self.assertIn("not as relight made it", lit.err)
+        self.assertEqual((capture / "volume.vdb").read_bytes(), imported)
+        self.assertTrue(self.done("volume", capture, "--force", "--json").json["made"])
+        self.refused("volume", capture, "--grid", "density", code=2, names=["--import"])
+        self.refused("volume", capture, "--import", theirs, "--grid", "wood",
+                     names=["theirs.vdb", "wood", "extinction"])
+        self.refused("volume", capture, "--import", capture / "photos" / "view_00.jpg",
+                     names=["view_00.jpg", "cannot be read as OpenVDB"])
 
     def test_init_from_photos_and_again(self):
         capture = small_capture(self.folder / "maple")

@@ -209,5 +209,128 @@ TEST_F(VdbFile, ADamagedFileIsRefused) {
   }
 }
 
+TEST_F(VdbFile, WhatItsWriterNotedComesBack) {
+  WriteVolume(
+      folder_ / "volume.vdb", TestGrid(), {{"views", "a, b"}, {"objective", "3 2"}});
+  const Metadata noted = ReadMetadata(folder_ / "volume.vdb");
+  EXPECT_EQ(noted.at("views"), "a, b");
+  EXPECT_EQ(noted.at("objective"), "3 2");
+}
+
+class VdbImportTest : public VdbFile {
+ protected:
+  VdbImportTest() { openvdb::initialize(); }
+
+  // A box of 4 x 2 x 6 voxels of `density`, its lowest voxel's centre at (1, 2, 3).
+  static openvdb::FloatGrid::Ptr Box(const std::string& name, float density) {
+    auto vdb = openvdb::FloatGrid::create(0.0f);
+    vdb->setName(name);
+    auto transform = openvdb::math::Transform::createLinearTransform(0.5);
+    transform->postTranslate({1.0, 2.0, 3.0});
+    vdb->setTransform(transform);
+    vdb->tree().fill(openvdb::CoordBBox({0, 0, 0}, {3, 1, 5}), density);
+    return vdb;
+  }
+  ExtinctionGrid Imported(const openvdb::GridPtrVec& grids,
+                          const VdbImport& options = {}) {
+    openvdb::io::File((folder_ / "their tree.vdb").string()).write(grids);
+    return ImportVdb(folder_ / "their tree.vdb", options);
+  }
+  std::string ComplaintOf(const openvdb::GridPtrVec& grids,
+                          const VdbImport& options = {}) {
+    try {
+      Imported(grids, options);
+      return "";
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  }
+  static double Mass(const ExtinctionGrid& grid) {
+    double sum = 0;
+    for (const float sigma : grid.sigma_per_m) sum += sigma;
+    return sum * std::pow(grid.cell_m, 3);
+  }
+};
+
+TEST_F(VdbImportTest, KeepsVoxelsThatAreCubes) {
+  auto vdb = Box("density", 2.0f);
+  vdb->tree().setValue({2, 1, 4}, 0.3f);
+  const ExtinctionGrid grid = Imported({vdb}, {.scale_per_m = 1.5});
+  EXPECT_EQ(grid.cells, Eigen::Vector3i(4, 2, 6));
+  EXPECT_NEAR(grid.cell_m, 0.5, 1e-12);
+  EXPECT_TRUE(grid.origin_m.isApprox(Eigen::Vector3d(0.75, 1.75, 2.75)));
+  EXPECT_FLOAT_EQ(grid.sigma_per_m[grid.Index(0, 0, 0)], 3.0f);
+  EXPECT_FLOAT_EQ(grid.sigma_per_m[grid.Index(2, 1, 4)], 0.45f);
+}
+
+// Houdini's and Maya's y is up, and a unit can be a centimetre.
+TEST_F(VdbImportTest, TurnsYUpAndUnitsIntoMetres) {
+  const ExtinctionGrid grid =
+      Imported({Box("density", 2.0f)}, {.unit_m = 0.01, .up = UpAxis::kY});
+  EXPECT_EQ(grid.cells, Eigen::Vector3i(4, 6, 2));
+  EXPECT_NEAR(grid.cell_m, 0.005, 1e-12);
+  // East is x; north is -z, from -(3 + 2.75) to -(3 - 0.25); up is y
+  EXPECT_TRUE(grid.origin_m.isApprox(Eigen::Vector3d(0.0075, -0.0575, 0.0175), 1e-9));
+}
+
+TEST_F(VdbImportTest, CoarserVoxelsAreMeans) {
+  auto vdb = Box("density", 0.0f);
+  for (int z = 0; z < 6; ++z) vdb->tree().setValue({1, 1, z}, 1.0f);
+  const double mass = 6 * std::pow(0.5, 3);
+  const ExtinctionGrid grid = Imported({vdb}, {.cells = 3});
+  EXPECT_EQ(grid.cells.z(), 3);
+  // Values between voxels are interpolated: what lies at the border of the box is lost
+  EXPECT_NEAR(Mass(grid), mass, 0.25 * mass);
+}
+
+TEST_F(VdbImportTest, TakesVoxelsThatAreTurned) {
+  auto vdb = openvdb::FloatGrid::create(0.0f);
+  vdb->setName("density");
+  auto transform = openvdb::math::Transform::createLinearTransform(0.1);
+  transform->postRotate(0.5, openvdb::math::Z_AXIS);
+  vdb->setTransform(transform);
+  for (int x = -20; x <= 20; ++x) {
+    for (int y = -20; y <= 20; ++y) {
+      for (int z = -20; z <= 20; ++z) {
+        if (x * x + y * y + z * z < 256) vdb->tree().setValue({x, y, z}, 1.0f);
+      }
+    }
+  }
+  const double ball_m3 = 4.0 / 3 * 3.14159265358979 * std::pow(1.6, 3);
+  EXPECT_NEAR(Mass(Imported({vdb})), ball_m3, 0.02 * ball_m3);
+}
+
+TEST_F(VdbImportTest, ChoosesItsGrid) {
+  const openvdb::GridPtrVec both = {Box("heat", 1.0f), Box("density", 2.0f)};
+  EXPECT_EQ(Imported(both).sigma_per_m[0], 2.0f);
+  EXPECT_EQ(Imported(both, {.grid = "heat"}).sigma_per_m[0], 1.0f);
+  EXPECT_EQ(Imported({Box("leaves", 3.0f)}).sigma_per_m[0], 3.0f);
+  const std::string said = ComplaintOf({Box("heat", 1.0f), Box("leaves", 2.0f)});
+  EXPECT_NE(said.find("--grid one of heat, leaves"), std::string::npos) << said;
+  const std::string wrong = ComplaintOf(both, {.grid = "wood"});
+  EXPECT_NE(wrong.find("no grid of floats named \"wood\""), std::string::npos) << wrong;
+}
+
+TEST_F(VdbImportTest, SaysWhatIsWrong) {
+  const auto complains = [&](const openvdb::FloatGrid::Ptr& vdb, const std::string& of) {
+    const std::string said = ComplaintOf({vdb});
+    EXPECT_NE(said.find(of), std::string::npos) << said;
+    EXPECT_NE(said.find("their tree.vdb"), std::string::npos) << said;
+  };
+  auto surface = Box("density", 1.0f);
+  surface->setGridClass(openvdb::GRID_LEVEL_SET);
+  complains(surface, "level set");
+  complains(Box("density", -1.0f), "negative or not finite");
+  complains(Box("density", std::numeric_limits<float>::infinity()), "not finite");
+  complains(openvdb::FloatGrid::create(0.0f), "is empty");
+  auto fog = openvdb::FloatGrid::create(0.1f);
+  fog->tree().setValue({0, 0, 0}, 0.5f);
+  complains(fog, "background of 0");
+  auto large = Box("density", 1.0f);
+  large->tree().setValue({800, 0, 0}, 1.0f);
+  complains(large, "--cells N");
+  EXPECT_EQ(Imported({large}, {.cells = 100}).cells.x(), 100);
+}
+
 }  // namespace
 }  // namespace relight
