@@ -71,7 +71,13 @@ json OfPhoto(const fs::path& file) {
 
 json OfVolume(const fs::path& file) {
   const ExtinctionGrid grid = ReadVolume(file);
+  double sum = 0;
+  for (const float sigma : grid.sigma_per_m) sum += sigma;
+  json noted = ReadMetadata(file);
+  noted.erase("objective");  // A curve: relight volume --report draws it
   return {{"file", file.string()},
+          {"mean_per_m", sum / static_cast<double>(grid.Count())},
+          {"noted", noted},
           {"kind", "volume of extinction [1/m]"},
           {"cells", {grid.cells.x(), grid.cells.y(), grid.cells.z()}},
           {"cell_m", grid.cell_m},

@@ -295,8 +295,39 @@ Standing BeforeTheSky(const Scene& scene, const AutomaticTrimapOptions& options)
   return standing;
 }
 
+// The last rows of sky, below the blurred horizon: what is like it there is no tree.
+cv::Mat1b SkyAtTheHorizon(const SkyBehind& sky, const AutomaticTrimapOptions& options) {
+  cv::Mat1b alike = sky.distance < options.sky_tolerance * sky.spread;
+  const int below = sky.horizon + 1, rows = alike.rows;
+  alike.rowRange(0, below).setTo(0);
+  alike.rowRange(std::min(rows, below + std::max(5, rows / 80)), rows).setTo(0);
+  return alike;
+}
+
+// What no shade of the ground can be: other hues, at their own lightness.
+cv::Mat1b UnlikeGround(const Scene& scene) {
+  constexpr double kHue = 10;  // Of a* and b*.
+  cv::Mat1b unlike(scene.display.size(), std::uint8_t{0});
+  if (cv::countNonZero(scene.sky.ground) == 0) return unlike;
+  cv::Mat3f lab;
+  cv::cvtColor(scene.display, lab, cv::COLOR_RGB2Lab);
+  const cv::Scalar ground = cv::mean(lab, scene.sky.ground);
+  for (int y = 0; y < lab.rows; ++y) {
+    for (int x = 0; x < lab.cols; ++x) {
+      const cv::Vec3f& c = lab(y, x);
+      const double share = c[0] / std::max(ground[0], 1.0);
+      unlike(y, x) =
+          std::hypot(c[1] - share * ground[1], c[2] - share * ground[2]) > kHue ? 255 : 0;
+    }
+  }
+  return unlike;
+}
+
 // The mask that GrabCut starts from.
-cv::Mat1b CutMask(const Scene& scene, const Standing& standing, const cv::Mat1b& main) {
+cv::Mat1b CutMask(const Scene& scene,
+                  const Standing& standing,
+                  const cv::Mat1b& main,
+                  const AutomaticTrimapOptions& options) {
   const int rows = main.rows, below = scene.sky.horizon + 1, under = rows - below;
   cv::Mat1b mask(main.size(), static_cast<std::uint8_t>(cv::GC_PR_BGD));
   if (scene.sky.share > 0) {
@@ -316,6 +347,7 @@ cv::Mat1b CutMask(const Scene& scene, const Standing& standing, const cv::Mat1b&
       }
     }
     mask.setTo(cv::GC_BGD, scene.sky.ground);
+    mask.setTo(cv::GC_BGD, SkyAtTheHorizon(scene.sky, options));
     mask.rowRange(rows - under / 5, rows).setTo(cv::GC_BGD);
   }
   mask.setTo(cv::GC_BGD, scene.strokes == kTrimapBackground);
@@ -324,11 +356,15 @@ cv::Mat1b CutMask(const Scene& scene, const Standing& standing, const cv::Mat1b&
 }
 
 // Takes away below the horizon what nothing holds from above: a shadow lies flat, while a
-// trunk and drooping boughs widen downwards by a pixel in three rows at most.
-void KeepWhatIsHeld(cv::Mat1b& tree, int horizon, const cv::Mat1b& strokes) {
+// trunk and drooping boughs widen downwards by a pixel in three rows at most. What is no
+// shade of the ground is no shadow, and may droop at any angle.
+void KeepWhatIsHeld(cv::Mat1b& tree,
+                    int horizon,
+                    const cv::Mat1b& unlike_ground,
+                    const cv::Mat1b& strokes) {
   for (int y = std::max(horizon + 1, 1); y < tree.rows; ++y) {
-    const int reach = y % 3 == 0 ? 1 : 0;
     for (int x = 0; x < tree.cols; ++x) {
+      const int reach = unlike_ground(y, x) != 0 ? 2 : y % 3 == 0 ? 1 : 0;
       bool held = strokes(y, x) == kTrimapForeground;
       for (int i = std::max(0, x - reach); i <= std::min(tree.cols - 1, x + reach); ++i) {
         held = held || tree(y - 1, i) != 0;
@@ -349,9 +385,11 @@ cv::Mat1b FindTree(const Scene& scene,
   if (below < rows) {
     const cv::Mat1b main = MainPiece(standing.weak, standing.strong, scene.strokes);
     const int first = scene.Informed() ? 0 : std::max(0, below - rows / 8);
-    const cv::Mat1b cut = Cut(scene, CutMask(scene, standing, main), first, progress);
+    const cv::Mat1b cut =
+        Cut(scene, CutMask(scene, standing, main, options), first, progress);
     cut.rowRange(below, rows).copyTo(tree.rowRange(below, rows));
-    if (sky.share > 0) KeepWhatIsHeld(tree, sky.horizon, scene.strokes);
+    if (sky.share > 0)
+      KeepWhatIsHeld(tree, sky.horizon, UnlikeGround(scene), scene.strokes);
   }
   if (scene.Informed() && sky.share > 0) {
     const ColorModels models =

@@ -27,7 +27,7 @@ namespace relight {
 
 struct AutomaticTrimapOptions {
   double sky_tolerance = 3.0;        // t of (M10), in standard deviations.
-  double foreground_contrast = 0.8;  // f of (M10).
+  double foreground_contrast = 0.6;  // f of (M10).
   double ground_band =
       0.007;  // Unknown to each side of the cut; of the picture's height.
 };

@@ -99,8 +99,32 @@ cv::Mat3f FilledIn(const cv::Mat3f& sum, const cv::Mat1f& weight) {
   return filled;
 }
 
-// The sky's gradient, linear across and quadratic in height, over the whole picture: what
-// the open sky says of places where none is seen nearby. Clouds among it are left out.
+// What each row's sky is besides its gradient, in the median: near the horizon a sky
+// darkens or whitens faster than a quadratic follows. Rows that show little sky take it
+// from those around.
+void AddRows(const cv::Mat3f& lab, const cv::Mat1b& sky, cv::Mat3f& gradient) {
+  cv::Mat3f sum(lab.rows, 1, cv::Vec3f::all(0));
+  cv::Mat1f weight(lab.rows, 1, 0.0f);
+  std::vector<cv::Mat1f> left;
+  cv::split(lab - gradient, left);
+  for (int y = 0; y < lab.rows; ++y) {
+    const int shown = cv::countNonZero(sky.row(y));
+    weight(y) = static_cast<float>(shown) / static_cast<float>(lab.cols);
+    for (int c = 0; c < 3 && shown > 0; ++c) {
+      const cv::Mat1f& channel = left[static_cast<std::size_t>(c)];
+      sum(y)[c] =
+          weight(y) * static_cast<float>(Quantile(channel.row(y), sky.row(y), 0.5));
+    }
+  }
+  const cv::Mat3f medians = FilledIn(sum, weight);
+  for (int y = 0; y < lab.rows; ++y) {
+    for (int x = 0; x < lab.cols; ++x) gradient(y, x) += medians(y);
+  }
+}
+
+// The sky's gradient, linear across and quadratic in height, and what rows are besides,
+// over the whole picture: what the open sky says of places where none is seen nearby.
+// Clouds among it are left out.
 cv::Mat3f SkyGradient(const cv::Mat3f& lab, const cv::Mat1b& sky) {
   const int lowest = LowestRow(sky, 0);
   const auto basis = [&](int x, int y) {  // Below the lowest sky nothing is extrapolated
@@ -132,6 +156,7 @@ cv::Mat3f SkyGradient(const cv::Mat3f& lab, const cv::Mat1b& sky) {
       }
     }
   }
+  AddRows(lab, sky, gradient);
   return gradient;
 }
 

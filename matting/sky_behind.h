@@ -6,7 +6,7 @@
 //
 // Sky is smooth, reaches the upper border, and is blue or bright there. Its colour s(x,
 // y) is a polynomial, linear across and quadratic in height, and what that leaves
-// averaged locally. Of a pixel's colour c, both in CIELAB (L* 0 to 100),
+// averaged over rows, then locally. Of a pixel's colour c, both in CIELAB (L* 0 to 100),
 //
 //   d = |c - s|                                                           (M9)
 //
