@@ -95,6 +95,7 @@ struct Fit {
   double sum = 0;      // w_v a_v e^2 over all rays.
   double squares = 0;  // e^2 over the rays where there is tree,
   double rays = 0;     // and how many these are.
+  std::uint64_t crossings = 0;
 };
 
 // For each voxel i the sums over all rays of l_pi times the ray's two coefficients, and
@@ -135,6 +136,7 @@ std::vector<PerVoxel> BackProject(const Level& level,
           sum += length * depth[at];
           crossed.push_back({at, length});
         });
+        fit.crossings += crossed.size();
         const float transmittance = std::exp(-sum);
         const float error = 1 - transmittance - ray.alpha;
         fit.sum += view.weight * view.area * error * error;
@@ -163,6 +165,7 @@ std::vector<PerVoxel> BackProject(const Level& level,
       fits[v].sum += part[v].sum;
       fits[v].squares += part[v].squares;
       fits[v].rays += part[v].rays;
+      fits[v].crossings += part[v].crossings;
     }
   }
   std::vector<PerVoxel> total = std::move(parts[0]);
@@ -360,7 +363,7 @@ void Solve(Level& level,
            double smoothness,
            double& mean_square,
            std::vector<Fit>& fits,
-           std::vector<double>& objective,
+           Tomography& result,
            const Progress& progress) {
   const std::size_t size = level.voxels.Size();
   std::vector<float> ahead = level.depth;  // Where momentum leads.
@@ -377,12 +380,15 @@ void Solve(Level& level,
     // The first pass of all knows no residual: that of a usual crown is taken
     mean_square = mean_square > 0 ? MeanSquare(fits, level.views) : 0.01;
     double value = 0;
-    for (const Fit& fit : fits) value += fit.sum;
+    for (const Fit& fit : fits) {
+      value += fit.sum;
+      result.crossings += fit.crossings;
+    }
     value += AddPrior(level.voxels,
                       ahead,
                       static_cast<float>(smoothness * kPriorWeight * mean_square),
                       surrogate);
-    objective.push_back(value);
+    result.objective.push_back(value);
 
     // Step, never below 0; momentum ends where the last step points the other way
     std::vector<double> against(level.voxels.brick_at.size());
@@ -455,7 +461,7 @@ Tomography EstimateTomography(std::span<const MatteView> views,
           options.smoothness,
           mean_square,
           fits,
-          result.objective,
+          result,
           part.Part(0.1, 1));
   }
   const std::vector<ViewWeight> last = Weigh(views, fits);

@@ -25,6 +25,7 @@
 #include "relight/volume/extinction_grid.h"
 #include "relight/volume/footprint_opacity.h"
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,6 +50,7 @@ struct Tomography {
   std::vector<ViewWeight> views;
   std::vector<double> objective;  // (V3) after each pass, all resolutions after another.
   std::size_t hidden_voxels = 0;  // That no photo sees: filled from their surroundings.
+  std::uint64_t crossings = 0;    // Of a ray and a voxel, in all passes.
 };
 
 // Memory grows with the voxels that the mattes leave, but for the grid itself. The same

@@ -2,7 +2,8 @@
 
 // How right and how fast the volume is, on rendered trees whose foliage is known.
 //
-//   benchmark_volume [TREE …]     folders of the layout of shared data/maple
+//   benchmark_volume [TREE …]           folders of the layout of shared data/maple
+//   benchmark_volume scale [TREE …]     time a crossing, and memory, up to 512 cells
 //
 // Each method is given true mattes and cameras. Held out: each of the views 0, 3, 6 and 9
 // is left out in turn, and its matte compared with the volume's over 0.10 m at the tree.
@@ -10,11 +11,13 @@
 #include "relight/base/error.h"
 #include "relight/cameras/colmap_model.h"
 #include "relight/photo/image_file.h"
+#include "relight/volume/brick_voxels.h"
 #include "relight/volume/opacity_estimation.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -141,12 +144,84 @@ void Judge(const TrueTree& tree, const OpacityOptions& options, const std::strin
   std::fflush(stdout);
 }
 
+double PeakMegabytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024;
+  }
+  return 0;
+}
+
+// CPU time of all threads a crossing of a ray and a voxel, beside that of a traversal of
+// the same voxels that only adds up lengths.
+void Scale(const TrueTree& tree, int cells) {
+  const auto run = [&](int passes) {
+    const double begin = Seconds(CLOCK_PROCESS_CPUTIME_ID);
+    Tomography found =
+        EstimateTomography(tree.views, tree.box, {.cells = cells, .passes = passes});
+    return std::pair(Seconds(CLOCK_PROCESS_CPUTIME_ID) - begin, std::move(found));
+  };
+  const auto [few_s, few] = run(1);
+  const auto [more_s, found] = run(3);
+  const double pass_ns =
+      1e9 * (more_s - few_s) / static_cast<double>(found.crossings - few.crossings);
+
+  BrickVoxels voxels = NoBricks(found.grid);
+  for (const Eigen::Vector3i& at : FindOccupied(found.grid).cell) {
+    std::int32_t& brick = voxels.brick_of[static_cast<std::size_t>(
+        ((at.z() >> 3) * voxels.bricks.y() + (at.y() >> 3)) * voxels.bricks.x() +
+        (at.x() >> 3))];
+    if (brick >= 0) continue;
+    brick = static_cast<std::int32_t>(voxels.brick_at.size());
+    voxels.brick_at.emplace_back(at.x() & ~7, at.y() & ~7, at.z() & ~7);
+  }
+  std::uint64_t crossings = 0;
+  double length = 0;
+  const double begin = Seconds(CLOCK_PROCESS_CPUTIME_ID);
+  for (const MatteView& view : tree.views) {
+    for (int row = 0; row < view.camera.height_px; ++row) {
+      for (int column = 0; column < view.camera.width_px; ++column) {
+        const Ray ray{view.camera.PositionInWorld(),
+                      view.camera.RayInWorld({column + 0.5, row + 0.5})};
+        TraverseBricks(voxels, ray, [&](std::size_t, float edges) {
+          length += edges;
+          ++crossings;
+        });
+      }
+    }
+  }
+  const double length_ns =
+      1e9 * (Seconds(CLOCK_PROCESS_CPUTIME_ID) - begin) / static_cast<double>(crossings);
+  fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.0f} | {:.3g} |\n",
+             tree.name,
+             cells,
+             voxels.brick_at.size(),
+             pass_ns,
+             length_ns,
+             pass_ns / length_ns,
+             PeakMegabytes(),
+             length);
+  std::fflush(stdout);
+}
+
 int Run(int count, char** words) {
   const char* shared = std::getenv("RELIGHT_SHARED");
   const fs::path data =
       fs::path(shared ? shared : RELIGHT_SOURCE_DIR "/../shared") / "data";
-  std::vector<fs::path> trees(words + 1, words + count);
+  const bool scale = count > 1 && std::string(words[1]) == "scale";
+  std::vector<fs::path> trees(words + (scale ? 2 : 1), words + count);
+  if (trees.empty() && scale) trees = {data / "maple"};
   if (trees.empty()) trees = {data / "maple", data / "birch"};
+  if (scale) {
+    fmt::print(
+        "| tree | cells | bricks | ns a crossing | ns, lengths only | ratio | peak MB | "
+        "edges |\n|---|---|---|---|---|---|---|---|\n");
+    for (const fs::path& folder : trees) {
+      const TrueTree tree = ReadTree(folder);
+      for (const int cells : {64, 128, 256, 512}) Scale(tree, cells);
+    }
+    return 0;
+  }
   fmt::print(
       "| tree | cells | method | held-out RMSE | views 0, 3, 6, 9 | on views used | "
       "correlation with the foliage | relative L1 | voxels | s |\n"
