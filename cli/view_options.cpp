@@ -51,6 +51,7 @@ void AddModelOptions(CLI::App& app, ViewRequest& r) {
   AddFlags(app, MatteOptions(), "Matte", r.options);
   AddFlags(app, OpacityOptions(), "Volume", r.options);
   AddFlags(app, ViewSelectionOptions(), "Volume", r.options);
+  AddFlags(app, CrownOptions(), "Volume", r.options);
   AddFlags(app, SkyTransmittanceOptions(), "Volume", r.options);
   AddFlags(app, GroundShadowOptions(), "Shadow", r.options);
   AddFlags(app, OldShadowOptions(), "Shadow", r.options);

@@ -15,6 +15,7 @@
 #include "relight/composite/old_shadow.h"
 #include "relight/photo/write_photo.h"
 #include "relight/volume/opacity_estimation.h"
+#include "relight/volume/silhouette_volume.h"
 
 #include <filesystem>
 #include <map>
@@ -29,6 +30,7 @@ namespace relight {
 struct CaptureOptions {
   LightOptions light;
   OpacityOptions volume;
+  CrownOptions crown;
   ViewSelectionOptions selection;
   SkyTransmittanceOptions sky_transmittance;
   ReadPhotoOptions photo;
@@ -41,6 +43,7 @@ template <class Visitor>
 void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.light, field);
   Describe(o.volume, field);
+  Describe(o.crown, field);
   Describe(o.selection, field);
   Describe(o.sky_transmittance, field);
   Describe(o.photo, field);

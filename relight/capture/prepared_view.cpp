@@ -165,10 +165,12 @@ std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
   const LevelCamera alone = posed ? *posed : CameraHeldLevel(plan, tree, alpha, notes);
   std::ostringstream note;
   note.precision(3);
-  note << "one photo alone: the tree's depth is not known, and its volume is a round "
-          "silhouette ("
-       << "each row as deep as it is wide), " << alone.tree_height_m << " m high at "
-       << alone.distance_m << " m"
+  const CrownOptions& crown = plan.options.crown;
+  note << "one photo alone: the tree's depth is not known, and is assumed ("
+       << (crown.crown == Crown::kAuto ? "each height as deep as it is wide"
+                                       : "--crown " + FieldText(crown.crown));
+  if (crown.depth_ratio != 1) note << ", --depth-ratio " << crown.depth_ratio;
+  note << "); " << alone.tree_height_m << " m high at " << alone.distance_m << " m"
        << (posed || plan.request.distance_m
                ? ""
                : " (8 m high is assumed; --distance M tells better)")
@@ -180,7 +182,8 @@ std::pair<Camera, ExtinctionGrid> StandIn(const ViewPlan& plan,
                        alone.distance_m,
                        {.cells = plan.options.volume.cells,
                         .alpha_max = plan.options.volume.alpha_max,
-                        .scale = plan.options.volume.scale});
+                        .scale = plan.options.volume.scale,
+                        .shape = plan.options.crown});
   return {alone.camera, grid};
 }
 

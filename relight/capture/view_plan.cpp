@@ -122,7 +122,7 @@ void PlanStages(ViewPlan& plan) {
                              1 + kMatteSecondsPerMegapixel * plan.megapixels});
     }
     plan.stages.push_back(
-        {"volume", "a round silhouette volume from this photo alone", 1});
+        {"volume", "a volume from the silhouette of this photo alone", 1});
     plan.stages.push_back(
         {"light", "transmittance of the volume to the sky", kLightSeconds});
     return;
@@ -430,8 +430,10 @@ ViewPlan PlanView(const ViewRequest& request,
     plan.camera_beside = CameraBeside(plan.photo, facts.width, facts.height);
   std::optional<Instant> utc;
   if (plan.input.time) utc = plan.input.time->utc;
+  bool one_photo = !has_cameras;
   if (has_cameras) {
     const auto cameras = CamerasOf(*plan.capture);
+    one_photo = cameras.size() == 1;
     const auto found = cameras.find(plan.name);
     if (found == cameras.end()) {
       throw InputError(plan.photo.string() +
@@ -463,9 +465,8 @@ ViewPlan PlanView(const ViewRequest& request,
   }
 
   // Mattes, and what has to be made
-  const bool one_photo = !has_cameras;
   if (plan.capture && one_photo) {
-    // A capture of one view is one photo alone; its matte is looked for in the folder
+    // A capture of one view, or of one camera, is one photo alone; its matte is looked for in the folder
     if (!plan.request.matte) {
       if (const auto matte = FileOfView(*plan.capture, "mattes", plan.name)) {
         plan.request.matte = *matte;

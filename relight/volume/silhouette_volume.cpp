@@ -34,11 +34,49 @@ std::vector<RowExtent> RowExtents(const cv::Mat1f& alpha, double outline_alpha) 
   return rows;
 }
 
+// A row's cross-section on the upright plane of the tree.
+struct Ellipse {
+  Eigen::Vector3d middle = {0, 0, 0};
+  double half_width_m = 0, half_depth_m = 0;  // 0: the row is empty
+};
+
+// d of (V2), from top to foot.
+void GiveDepth(const CrownOptions& shape, std::vector<Ellipse>& rows) {
+  double widest_m = 0;
+  for (const Ellipse& row : rows) widest_m = std::max(widest_m, row.half_width_m);
+  int top = -1, base = -1;
+  for (int y = 0; y < static_cast<int>(rows.size()); ++y) {
+    const double half_width_m = rows[static_cast<std::size_t>(y)].half_width_m;
+    if (half_width_m > 0 && top < 0) top = y;
+    if (half_width_m > widest_m / 3) base = y;
+  }
+  for (int y = 0; y < static_cast<int>(rows.size()); ++y) {
+    Ellipse& row = rows[static_cast<std::size_t>(y)];
+    if (row.half_width_m == 0) continue;
+    const double u = (base + 0.5 - y) / (base + 1.0 - top);  // A row's middle
+    const double full_m = shape.depth_ratio * widest_m;
+    if (y > base) {
+      row.half_depth_m = row.half_width_m;
+    } else if (shape.crown == Crown::kAuto) {
+      row.half_depth_m = shape.depth_ratio * row.half_width_m;
+    } else if (shape.crown == Crown::kRound) {
+      row.half_depth_m = full_m * std::sqrt(std::max(0.0, 1 - std::pow(2 * u - 1, 2)));
+    } else if (shape.crown == Crown::kCone) {
+      row.half_depth_m = full_m * (1 - u);
+    } else if (shape.crown == Crown::kVase) {
+      row.half_depth_m = full_m * u;
+    } else {
+      row.half_depth_m = full_m;
+    }
+  }
+}
+
 }  // namespace
 
 ExtinctionGrid SilhouetteVolume(const MatteView& view,
                                 double tree_distance_m,
                                 const SilhouetteOptions& options) {
+  CheckFields(options.shape);
   RequireUsable({&view, 1});
   const Camera& camera = view.camera;
   const std::vector<RowExtent> rows = RowExtents(view.alpha, options.outline_alpha);
@@ -56,13 +94,8 @@ ExtinctionGrid SilhouetteVolume(const MatteView& view,
     return Eigen::Vector3d(eye + tree_distance_m / ray.dot(ahead) * ray);
   };
 
-  // Each row's circle on that plane, and the box around all of them
-  struct Circle {
-    Eigen::Vector3d middle;
-    double radius_m = 0;  // 0: the row is empty
-  };
-  std::vector<Circle> circles(rows.size());
-  Eigen::AlignedBox3d box;
+  // Each row's ellipse on that plane
+  std::vector<Ellipse> ellipses(rows.size());
   for (std::size_t row = 0; row < rows.size(); ++row) {
     if (rows[row].radius_px == 0) continue;
     const double y = static_cast<double>(row) + 0.5;
@@ -70,12 +103,19 @@ ExtinctionGrid SilhouetteVolume(const MatteView& view,
     const auto right = on_plane({rows[row].middle_px + rows[row].radius_px, y});
     const auto middle = on_plane({rows[row].middle_px, y});
     if (!left || !right || !middle) continue;
-    circles[row] = {*middle, (*right - *left).norm() / 2};
+    ellipses[row] = {*middle, (*right - *left).norm() / 2};
+  }
+  GiveDepth(options.shape, ellipses);
+  Eigen::AlignedBox3d box;
+  for (const Ellipse& ellipse : ellipses) {
+    if (ellipse.half_width_m == 0) continue;
     // Nearest and farthest on the middle's own ray, which may climb
-    const double reach = std::min(circles[row].radius_m / tree_distance_m, 0.95);
+    const double reach = std::min(ellipse.half_depth_m / tree_distance_m, 0.95);
     for (const double side : {-reach, reach})
-      box.extend(Eigen::Vector3d(*middle + side * (*middle - eye)));
-    box.extend(*left).extend(*right);
+      box.extend(Eigen::Vector3d(ellipse.middle + side * (ellipse.middle - eye)));
+    const Eigen::Vector3d aside(ahead.y(), -ahead.x(), 0);
+    box.extend(Eigen::Vector3d(ellipse.middle + ellipse.half_width_m * aside));
+    box.extend(Eigen::Vector3d(ellipse.middle - ellipse.half_width_m * aside));
   }
   if (box.isEmpty()) {
     throw InputError(view.name + ": the matte holds no tree; make another");
@@ -94,21 +134,21 @@ ExtinctionGrid SilhouetteVolume(const MatteView& view,
           const Eigen::Vector3d center = grid.Center(x, y, z);
           const auto pixel = camera.Project(center);
           if (!pixel || pixel->y() < 0 || pixel->y() >= camera.height_px) continue;
-          const Circle& circle = circles[static_cast<std::size_t>(pixel->y())];
+          const Ellipse& ellipse = ellipses[static_cast<std::size_t>(pixel->y())];
           const Eigen::Vector3d from_eye = center - eye;
           const double ahead_m = from_eye.dot(ahead);
-          if (circle.radius_m == 0 || ahead_m <= 0) continue;
+          if (ellipse.half_depth_m == 0 || ahead_m <= 0) continue;
           const Eigen::Vector3d seen = eye + tree_distance_m / ahead_m * from_eye;
-          const double aside_m = (seen - circle.middle).norm();
-          const double half_chord2 = std::pow(circle.radius_m, 2) - aside_m * aside_m;
-          const double depth_m = ahead_m - tree_distance_m;
-          if (half_chord2 <= 0 || depth_m * depth_m > half_chord2) continue;
+          const double aside = (seen - ellipse.middle).norm() / ellipse.half_width_m;
+          if (aside >= 1) continue;
+          const double half_chord_m = ellipse.half_depth_m * std::sqrt(1 - aside * aside);
+          if (std::abs(ahead_m - tree_distance_m) > half_chord_m) continue;
 
           // (V2) along the ray, which need not be level; a chord is at least a voxel long
           const std::size_t index = grid.Index(x, y, z);
           const double alpha = std::min<double>(opacity[index], options.alpha_max);
-          const double chord_m = std::max(
-              2 * std::sqrt(half_chord2) * from_eye.norm() / ahead_m, grid.cell_m);
+          const double chord_m =
+              std::max(2 * half_chord_m * from_eye.norm() / ahead_m, grid.cell_m);
           grid.sigma_per_m[index] =
               static_cast<float>(-std::log1p(-alpha) / chord_m * options.scale);
         }

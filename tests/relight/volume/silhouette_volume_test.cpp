@@ -18,7 +18,7 @@ namespace {
 constexpr double kDistance_m = 14.0;
 
 // A round crown of opacity `alpha` on a level photo.
-MatteView Crown(float alpha) {
+MatteView RoundCrown(float alpha) {
   const LevelCamera level =
       MakeLevelCamera(200, 240, 300, 0.4, {100, 200}, 40, {.distance_m = kDistance_m});
   MatteView view{"photo", level.camera, cv::Mat1f(240, 200, 0.0f)};
@@ -34,7 +34,7 @@ MatteView Crown(float alpha) {
 
 TEST(SilhouetteVolume, GivesItsMatteBack) {
   for (const float alpha : {0.3f, 0.7f, 0.95f}) {
-    const MatteView view = Crown(alpha);
+    const MatteView view = RoundCrown(alpha);
     const ExtinctionGrid grid = SilhouetteVolume(view, kDistance_m);
     const cv::Mat1f opacity = RenderOpacity(grid, view.camera);
     double outer = 0, sum = 0, sum2 = 0;
@@ -67,7 +67,7 @@ TEST(SilhouetteVolume, GivesItsMatteBack) {
 
 // As deep as it is wide, around the distance given.
 TEST(SilhouetteVolume, IsRound) {
-  const MatteView view = Crown(0.7f);
+  const MatteView view = RoundCrown(0.7f);
   const ExtinctionGrid grid = SilhouetteVolume(view, kDistance_m);
   const Eigen::Vector3d forward = view.camera.ForwardInWorld();
   const Eigen::Vector3d right = view.camera.camera_from_world.linear().row(0);
@@ -82,6 +82,58 @@ TEST(SilhouetteVolume, IsRound) {
   EXPECT_NEAR(seen.max().y() - kDistance_m, radius_m, 0.05 * radius_m);
   EXPECT_NEAR(kDistance_m - seen.min().y(), radius_m, 0.05 * radius_m);
   EXPECT_NEAR(seen.center().x(), 0.0, 0.1 * radius_m);
+}
+
+// How far the volume reaches ahead of its axis at a share of the crown's height [m].
+double HalfDepth(const ExtinctionGrid& grid, const MatteView& view, double u) {
+  const Eigen::Vector3d forward = view.camera.ForwardInWorld();
+  const double bottom_px = 180, top_px = 40;
+  double reach_m = 0;
+  for (const Eigen::Vector3i& cell : FindOccupied(grid).cell) {
+    const Eigen::Vector3d center = grid.Center(cell.x(), cell.y(), cell.z());
+    const double row = view.camera.Project(center)->y();
+    if (std::abs(row - (bottom_px + u * (top_px - bottom_px))) > 2) continue;
+    reach_m = std::max(
+        reach_m, (center - view.camera.PositionInWorld()).dot(forward) - kDistance_m);
+  }
+  return reach_m;
+}
+
+TEST(SilhouetteVolume, TheCrownsShapeGivesItsDepth) {
+  const MatteView view = RoundCrown(0.7f);
+  const double radius_m = 70 * kDistance_m / 300;
+  const auto half_depth = [&](Crown crown, double u, double ratio = 1.0) {
+    const ExtinctionGrid grid = SilhouetteVolume(
+        view, kDistance_m, {.shape = {.crown = crown, .depth_ratio = ratio}});
+    return HalfDepth(grid, view, u) / radius_m;
+  };
+  // A third of the widest is reached a few rows from either end; voxels of 1/50
+  constexpr double kNear = 0.1;
+  EXPECT_NEAR(half_depth(Crown::kAuto, 0.5), 1, kNear);
+  EXPECT_NEAR(half_depth(Crown::kAuto, 0.5, 0.5), 0.5, kNear);
+  EXPECT_NEAR(half_depth(Crown::kRound, 0.5), 1, kNear);
+  EXPECT_NEAR(half_depth(Crown::kRound, 0.9), 0.6, kNear);
+  EXPECT_NEAR(half_depth(Crown::kCone, 0.2), 0.8, kNear);
+  EXPECT_NEAR(half_depth(Crown::kCone, 0.8), 0.2, kNear);
+  EXPECT_NEAR(half_depth(Crown::kVase, 0.2), 0.2, kNear);
+  EXPECT_NEAR(half_depth(Crown::kVase, 0.8), 0.8, kNear);
+  EXPECT_NEAR(half_depth(Crown::kColumnar, 0.2), 1, kNear);
+  EXPECT_NEAR(half_depth(Crown::kColumnar, 0.9), 1, kNear);
+}
+
+// Whatever its depth, the matte comes back.
+TEST(SilhouetteVolume, AnyCrownGivesItsMatteBack) {
+  const MatteView view = RoundCrown(0.7f);
+  for (const auto& [word, crown] : kCrownWords) {
+    const ExtinctionGrid grid =
+        SilhouetteVolume(view, kDistance_m, {.shape = {.crown = crown}});
+    const cv::Mat1f opacity = RenderOpacity(grid, view.camera);
+    double sum = 0;
+    for (int row = 80; row < 140; ++row) {
+      for (int column = 70; column < 130; ++column) sum += opacity(row, column);
+    }
+    EXPECT_NEAR(sum / (60 * 60), 0.7, 0.015) << word;
+  }
 }
 
 // Seen by a camera that looks up, the tree neither leans nor changes its opacity.
@@ -130,9 +182,10 @@ TEST(SilhouetteVolume, StandsUprightBeforeATiltedCamera) {
 }
 
 TEST(SilhouetteVolume, TheScaleMultipliesTheExtinction) {
-  const ExtinctionGrid one = SilhouetteVolume(Crown(0.7f), kDistance_m, {.cells = 40});
+  const ExtinctionGrid one =
+      SilhouetteVolume(RoundCrown(0.7f), kDistance_m, {.cells = 40});
   const ExtinctionGrid half =
-      SilhouetteVolume(Crown(0.7f), kDistance_m, {.cells = 40, .scale = 0.5});
+      SilhouetteVolume(RoundCrown(0.7f), kDistance_m, {.cells = 40, .scale = 0.5});
   for (std::size_t i = 0; i < one.sigma_per_m.size(); ++i) {
     EXPECT_EQ(one.sigma_per_m[i], 2 * half.sigma_per_m[i]);
   }
@@ -141,14 +194,14 @@ TEST(SilhouetteVolume, TheScaleMultipliesTheExtinction) {
 TEST(SilhouetteVolume, DoesNotDependOnThreads) {
   const auto with = [&](int threads) {
     const tests::WithThreads limit(threads);
-    return SilhouetteVolume(Crown(0.7f), kDistance_m, {.cells = 40}).sigma_per_m;
+    return SilhouetteVolume(RoundCrown(0.7f), kDistance_m, {.cells = 40}).sigma_per_m;
   };
   EXPECT_TRUE(tests::SameBytes(with(1), with(2)));
 }
 
 TEST(SilhouetteVolume, RefusesAMatteWithoutATree) {
-  EXPECT_THROW(SilhouetteVolume(Crown(0.0f), kDistance_m), InputError);
-  EXPECT_THROW(SilhouetteVolume(Crown(0.05f), kDistance_m), InputError);
+  EXPECT_THROW(SilhouetteVolume(RoundCrown(0.0f), kDistance_m), InputError);
+  EXPECT_THROW(SilhouetteVolume(RoundCrown(0.05f), kDistance_m), InputError);
 }
 
 }  // namespace
