@@ -466,7 +466,8 @@ ViewPlan PlanView(const ViewRequest& request,
 
   // Mattes, and what has to be made
   if (plan.capture && one_photo) {
-    // A capture of one view, or of one camera, is one photo alone; its matte is looked for in the folder
+    // A capture of one view, or of one camera, is one photo alone; its matte is looked
+    // for in the folder
     if (!plan.request.matte) {
       if (const auto matte = FileOfView(*plan.capture, "mattes", plan.name)) {
         plan.request.matte = *matte;
