@@ -159,7 +159,7 @@ std::string TextOf(const json& value) {
 void Print(const json& j, const std::string& indent = "") {
   for (const auto& [key, value] : j.items()) {
     if (value.empty() && !value.is_number() && !value.is_boolean()) continue;
-    if (key == "views") {
+    if (key == "views" && value.is_array()) {
       fmt::print("views\n");
       for (const json& v : value) {
         fmt::print("  {:16} {}{}{}{}\n",

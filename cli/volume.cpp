@@ -219,10 +219,10 @@ Verb AddVolume(CLI::App& program, const ConsoleOptions& console) {
   app->add_option("--metres-per-unit",
                   request->metres_per_unit,
                   "with --import: metres of a unit of the file's world [1]")
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(CLI::Range(1e-6, 1e6).description(""))
       ->type_name("M");
   app->add_option("--up", request->up, "with --import: its axis that is up [z]")
-      ->check(CLI::IsMember({"z", "y"}))
+      ->check(CLI::IsMember({"z", "y"}).description(""))
       ->type_name("z|y");
   app->add_flag("--json", request->json, "print figures as JSON");
   AddFlags(*app, OpacityOptions(), "Volume", request->options);
