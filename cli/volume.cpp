@@ -138,8 +138,9 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
     Say(console, note);
   const Progress progress = ShowProgress(console, "mattes");
   CaptureMattes mattes(capture, records, options);
+  const bool needs_mattes = !request.import || request.report;
   for (const auto& [name, camera] : cameras) {
-    mattes.Make(FindView(capture, name), false, progress);
+    if (needs_mattes) mattes.Make(FindView(capture, name), false, progress);
   }
   if (request.leave_out) return Judge(request, capture, options, console);
   const auto file = request.folder / "volume.vdb";
