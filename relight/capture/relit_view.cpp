@@ -60,7 +60,7 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target, const Progress& prog
                          tree.occupied,
                          tree.sky_transmittance,
                          DaylightUnder(sun),
-                         {.sun_directions = ours ? 16 : 1});
+                         ours ? options_.transport : ArrivingLightOptions{});
   };
   RelitTree relit;
   const ArrivingLight target_light = arriving(target);
