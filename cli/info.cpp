@@ -4,6 +4,7 @@
 #include "relight/base/error.h"
 #include "relight/capture/capture.h"
 #include "relight/capture/capture_times.h"
+#include "relight/capture/tree_volume.h"
 #include "relight/photo/capture_time.h"
 #include "relight/photo/photo_facts.h"
 #include "relight/sky/light_in_words.h"
@@ -143,6 +144,11 @@ json OfCapture(const fs::path& folder) {
                                 (folder / "trimaps").string()));
   }
   if (fs::exists(folder / "volume.vdb")) j["volume"] = OfVolume(folder / "volume.vdb");
+  if (const std::optional<LightCache> cache = LightCacheOf(capture)) {
+    j["cache"] = {{"file", cache->file.string()},
+                  {"megabytes", std::round(1e-5 * double(cache->bytes)) / 10},
+                  {"made_by_relight", cache->is_ours}};
+  }
   j["lacks"] = lacks;
   j["notes"] = DoubtsOfCapture(capture);
   return j;

@@ -51,6 +51,7 @@ int Main(std::vector<std::string> words) {
                                    AddSky(program, console),
                                    AddInfo(program, console),
                                    AddEvaluate(program, console),
+                                   AddClean(program, console),
                                    AddGimp(program, console),
                                    AddMan(program),
                                    AddCompletion(program)};

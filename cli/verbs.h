@@ -28,6 +28,7 @@ Verb AddDay(CLI::App& program, const ConsoleOptions& console);
 Verb AddSky(CLI::App& program, const ConsoleOptions& console);
 Verb AddEvaluate(CLI::App& program, const ConsoleOptions& console);
 Verb AddInfo(CLI::App& program, const ConsoleOptions& console);
+Verb AddClean(CLI::App& program, const ConsoleOptions& console);
 Verb AddGimp(CLI::App& program, const ConsoleOptions& console);
 
 // Hidden: `relight man`, `relight completion bash|zsh|fish`, made from the program's

@@ -10,6 +10,7 @@
 #include "relight/capture/capture_file.h"
 #include "relight/capture/light_options.h"
 #include "relight/capture/photo_matte.h"
+#include "relight/capture/transport_options.h"
 #include "relight/capture/view_selection.h"
 #include "relight/composite/ground_shadow.h"
 #include "relight/composite/old_shadow.h"
@@ -35,6 +36,7 @@ struct CaptureOptions {
   CrownOptions crown;
   ViewSelectionOptions selection;
   SkyTransmittanceOptions sky_transmittance;
+  ArrivingLightOptions transport = OurTransport();  // Of the default method.
   ReadPhotoOptions photo;
   MatteOptions matte;
   GroundShadowOptions shadow;
@@ -49,6 +51,7 @@ void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.crown, field);
   Describe(o.selection, field);
   Describe(o.sky_transmittance, field);
+  Describe(o.transport, field);
   Describe(o.photo, field);
   Describe(o.matte, field);
   Describe(o.shadow, field);

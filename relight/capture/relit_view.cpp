@@ -62,7 +62,7 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
                          tree.occupied,
                          tree.sky_transmittance,
                          DaylightUnder(sun),
-                         {.sun_directions = ours ? 16 : 1});
+                         ours ? options_.transport : ArrivingLightOptions{});
   };
   RelitTree relit;
   if (!input_light_) input_light_ = arriving(input_);

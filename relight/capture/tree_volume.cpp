@@ -35,7 +35,7 @@ std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
 }
 
 std::string LightKey(const Capture& capture, const CaptureOptions& options) {
-  return StageKey("light 1")
+  return StageKey("light 2")
       .Add(FieldsText(options.sky_transmittance))
       .AddFile(capture.folder / kVolumeFile)
       .Hash();
@@ -198,17 +198,43 @@ Tree TreeOf(const Capture& capture,
   tree.occupied = FindOccupied(tree.grid);
   const int bands = options.sky_transmittance.bands;
   if (!LightIsStale(capture, records, options, force)) {
-    tree.sky_transmittance = {
-        bands, ReadChannels(capture.folder / kLightFile, tree.grid, "sh", bands * bands)};
+    tree.sky_transmittance = PackedSky(
+        bands, ReadChannels(capture.folder / kLightFile, tree.grid, "sh", bands * bands));
     return tree;
   }
   tree.sky_transmittance =
       ProjectTransmittance(tree.grid, tree.occupied, options.sky_transmittance, progress);
-  MakeFolderOf(capture.folder, kLightFile.parent_path());
+  const fs::path folder = MakeFolderOf(capture.folder, kLightFile.parent_path());
+  // Floats in the file; what is too large to keep is made again each time
+  const std::uintmax_t bytes =
+      2 * sizeof(std::uint16_t) * tree.sky_transmittance.half.size();
+  if (bytes > kMostLightBytes || fs::is_symlink(folder / kLightFile.filename())) {
+    return tree;
+  }
   WriteChannels(
-      capture.folder / kLightFile, tree.grid, "sh", tree.sky_transmittance.coefficients);
+      capture.folder / kLightFile, tree.grid, "sh", UnpackedSky(tree.sky_transmittance));
   records.Remember(kLightStage, LightKey(capture, options), {kLightFile});
   return tree;
+}
+
+std::optional<LightCache> LightCacheOf(const Capture& capture) {
+  const fs::path file = capture.folder / kLightFile;
+  if (!fs::is_regular_file(fs::symlink_status(file))) return std::nullopt;
+  return LightCache{
+      file, fs::file_size(file), StageRecords(capture.folder).IsOurs(kLightFile)};
+}
+
+std::optional<LightCache> CleanLight(const Capture& capture) {
+  const std::optional<LightCache> cache = LightCacheOf(capture);
+  if (!cache || !cache->is_ours) return cache;
+  MakeFolderOf(capture.folder, kLightFile.parent_path());  // Not out of the capture
+  std::error_code error;
+  fs::remove(cache->file, error);
+  if (error) {
+    throw InputError(cache->file.string() + ": cannot be removed (" + error.message() +
+                     ")");
+  }
+  return cache;
 }
 
 }  // namespace relight

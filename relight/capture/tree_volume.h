@@ -11,6 +11,8 @@
 #include "relight/volume/extinction_grid.h"
 #include "relight/volume/opacity_estimation.h"
 
+#include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -76,6 +78,20 @@ Tree TreeOf(const Capture& capture,
             const CaptureOptions& options,
             bool force,
             const Progress& progress);
+
+// cache/light.vdb, the only thing of a capture that is kept for speed alone: by content
+// of the volume and options, and only below kMostLightBytes.
+inline constexpr std::uintmax_t kMostLightBytes = std::uintmax_t{1} << 30;
+struct LightCache {
+  std::filesystem::path file;
+  std::uintmax_t bytes = 0;
+  bool is_ours = false;  // As relight made it; anything else is left alone.
+};
+std::optional<LightCache> LightCacheOf(const Capture& capture);
+
+// Removes it when it is ours, and tells what it was. Throws InputError when cache/ is a
+// link out of the capture, or the file cannot be removed.
+std::optional<LightCache> CleanLight(const Capture& capture);
 
 // A capture's volume.vdb is not as relight made it: edited since, or somebody's own. Only
 // `force` makes such a one again.

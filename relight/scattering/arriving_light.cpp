@@ -3,21 +3,25 @@
 
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
+#include "relight/scattering/sweep_kernels.h"
 #include "relight/scattering/transmittance.h"
 #include "relight/sh/sky_coefficients.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace relight {
 namespace {
 
+static_assert(sizeof(Eigen::Array3f) == 3 * sizeof(float), "colours lie side by side");
+
 constexpr double kSunRadius_rad = 0.004652;  // Seen from the earth's mean distance
 
-// tau(u, w_sun), of the centre or as the mean over the disc.                    (S2)
-std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
-                                    const OccupiedVoxels& occupied,
-                                    const Eigen::Vector3d& sun,
-                                    int directions) {
+// The centre's, or the mean over the disc.                                      (S2)
+std::vector<float> OverDisc(const ExtinctionGrid& grid,
+                            const OccupiedVoxels& occupied,
+                            const Eigen::Vector3d& sun,
+                            int directions) {
   if (directions == 1) return TransmittanceAlong(grid, occupied, sun);
   // a is level, so that the pattern goes along with the sun without a turn
   const bool zenith = sun.head<2>().norm() < 1e-9;
@@ -43,6 +47,25 @@ std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
 
 }  // namespace
 
+std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
+                                    const OccupiedVoxels& occupied,
+                                    const Eigen::Vector3d& sun_direction,
+                                    const ArrivingLightOptions& options) {
+  CheckFields(options);
+  std::vector<float> tau =
+      OverDisc(grid, occupied, sun_direction, options.sun_directions);
+  if (options.own_shade < 1) {  // (S3)
+    const double half_m = grid.cell_m / 2 / sun_direction.cwiseAbs().maxCoeff();
+    for (std::size_t v = 0; v < tau.size(); ++v) {
+      const Eigen::Vector3i& at = occupied.cell[v];
+      const double sigma = grid.sigma_per_m[grid.Index(at.x(), at.y(), at.z())];
+      const double own = std::exp((1 - options.own_shade) * half_m * sigma);
+      tau[v] = std::min(1.0f, tau[v] * static_cast<float>(own));
+    }
+  }
+  return tau;
+}
+
 ArrivingLight LightArriving(const ExtinctionGrid& grid,
                             const OccupiedVoxels& occupied,
                             const SkyTransmittance& sky_transmittance,
@@ -50,8 +73,7 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
                             const ArrivingLightOptions& options) {
   CheckFields(options);
   const std::size_t voxels = occupied.cell.size();
-  Require(!sky_transmittance.coefficients.empty() &&
-              sky_transmittance.coefficients.front().size() == voxels,
+  Require(sky_transmittance.bands > 0 && sky_transmittance.voxels == voxels,
           "the sky's transmittance belongs to this volume");
   const std::vector<Eigen::Array3f> dark(voxels, Eigen::Array3f::Zero());
   ArrivingLight light{dark, dark, dark};
@@ -59,27 +81,22 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
   // The sun, attenuated on its way in
   if ((daylight.sun_irradiance > 0).any()) {
     const std::vector<float> tau =
-        SunTransmittance(grid, occupied, daylight.sun_direction, options.sun_directions);
+        SunTransmittance(grid, occupied, daylight.sun_direction, options);
     const Eigen::Array3f sun = daylight.sun_irradiance.cast<float>();
     for (std::size_t v = 0; v < voxels; ++v) light.sun[v] = sun * tau[v];
   }
 
   // The sky: sum_lm L_lm c_lm [Cabral11, Eq. 17]
   const ShCoefficients sky = SkyCoefficients(daylight, sky_transmittance.bands);
+  const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> radiance =
+      sky.cast<float>();
   ParallelRanges(static_cast<int>(voxels), 4096, [&](int begin, int end) {
-    for (Eigen::Index i = 0; i < sky.rows(); ++i) {
-      const std::vector<float>& c =
-          sky_transmittance.coefficients[static_cast<std::size_t>(i)];
-      const Eigen::Array3f radiance = sky.row(i).transpose().array().cast<float>();
-      for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end);
-           ++v) {
-        light.sky[v] += radiance * c[v];
-      }
-    }
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end);
-         ++v) {
-      light.sky[v] = light.sky[v].max(0.0f);
-    }
+    ColorProduct(sky_transmittance.half.data() + begin,
+                 voxels,
+                 radiance.data(),
+                 static_cast<std::size_t>(radiance.rows()),
+                 light.sky[static_cast<std::size_t>(begin)].data(),
+                 static_cast<std::size_t>(end - begin));
   });
   return light;
 }

@@ -9,12 +9,16 @@
 // so that the light of any sky is a product of coefficients: the inner part of
 // [Cabral11, Eq. 16], whose outer integral along the view ray is linear and done in
 // single_scattering.h. tau is never cut at the horizon (a step there would cost bands);
-// the sky itself is zero below it.
+// the sky itself is zero below it. The integral is the mean over directions spread
+// evenly, each swept through the whole grid at once (swept_transmittance.h). Kept as half
+// floats: 72 bytes a voxel with 6 bands.
 
 #include "relight/base/field.h"
 #include "relight/base/progress.h"
 #include "relight/volume/extinction_grid.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace relight {
@@ -37,8 +41,18 @@ void Describe(SkyTransmittanceOptions& o, Visitor&& field) {
 
 struct SkyTransmittance {
   int bands = 0;
-  std::vector<std::vector<float>> coefficients;  // [bands^2][non-empty voxel].
+  std::size_t voxels = 0;           // The non-empty ones, in the order of FindOccupied.
+  std::vector<std::uint16_t> half;  // c_lm as half floats, [bands^2][voxel].
+
+  float Coefficient(int function, std::size_t voxel) const;
 };
+
+// To half floats, to the nearest, and back. values[bands^2][voxel].
+SkyTransmittance PackedSky(int bands, const std::vector<std::vector<float>>& values);
+std::vector<std::vector<float>> UnpackedSky(const SkyTransmittance& sky);
+
+// The first bands of more.
+SkyTransmittance FirstBands(const SkyTransmittance& sky, int bands);
 
 // Throws OptionError, Cancelled. The result does not depend on the threads.
 SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,

@@ -3,6 +3,7 @@
 
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
+#include "relight/scattering/sweep_kernels.h"
 
 #include <algorithm>
 #include <array>
@@ -76,11 +77,10 @@ void RowOpticalDepth(const ExtinctionGrid& grid,
     const int from = std::max(x_begin, rows.first[row] - step.dx);
     const int to = std::min(x_end, rows.last[row] + 1 - step.dx);
     if (from >= to) continue;
-    const float* __restrict sigma =
-        &grid.sigma_per_m[grid.Index(from + step.dx, source_y, source_z)];
-    float* __restrict sum = depth + (from - x_begin);
-    const float length_m = step.length_m;
-    for (int i = 0; i < to - from; ++i) sum[i] += length_m * sigma[i];
+    AddScaled(depth + (from - x_begin),
+              step.length_m,
+              &grid.sigma_per_m[grid.Index(from + step.dx, source_y, source_z)],
+              static_cast<std::size_t>(to - from));
   }
 }
 
@@ -96,7 +96,7 @@ std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
                                       const Eigen::Vector3d& direction) {
   const std::vector<PatternStep> pattern = RayPattern(grid.cells, grid.cell_m, direction);
   std::vector<float> transmittance(occupied.cell.size());
-  ParallelRanges(grid.cells.z(), 2, [&](int z_begin, int z_end) {
+  ParallelRanges(grid.cells.z(), 1, [&](int z_begin, int z_end) {
     std::vector<float> depth(static_cast<std::size_t>(grid.cells.x()));
     for (int z = z_begin; z < z_end; ++z) {
       for (int y = 0; y < grid.cells.y(); ++y) {
@@ -106,11 +106,12 @@ std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
         const int begin = rows.first[row], end = rows.last[row] + 1;
         if (begin >= end) continue;
         RowOpticalDepth(grid, rows, pattern, begin, end, y, z, depth.data());
+        ExpOfNegative(depth.data(), static_cast<std::size_t>(end - begin));
         for (int x = begin; x < end; ++x) {
           const int voxel = occupied.of_cell[grid.Index(x, y, z)];
           if (voxel >= 0) {
             transmittance[static_cast<std::size_t>(voxel)] =
-                std::exp(-depth[static_cast<std::size_t>(x - begin)]);
+                depth[static_cast<std::size_t>(x - begin)];
           }
         }
       }

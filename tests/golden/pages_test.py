@@ -7,7 +7,8 @@ import unittest
 
 from relight_runner import RelightCase
 
-VERBS = ("hour", "day", "init", "cameras", "matte", "volume", "sky", "info", "evaluate", "gimp")
+VERBS = ("hour", "day", "init", "cameras", "matte", "volume", "sky", "info", "evaluate",
+         "clean", "gimp")
 
 
 class Help(RelightCase):

@@ -100,6 +100,29 @@ TEST(ArrivingLight, TheSunIsAttenuatedAlongItsWay) {
   }
 }
 
+// (S3): without its own shade a voxel has the light of the face where the sun comes in.
+TEST(ArrivingLight, AVoxelNeedNotShadeItself) {
+  const ExtinctionGrid grid = tests::Slab({31, 31, 8}, 0.25, 1.2);
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  const SkyTransmittance sky =
+      ProjectTransmittance(grid, occupied, {.bands = 1, .directions = 64});
+  Daylight daylight = UniformDaylight({0, 0, 0});
+  daylight.sun_direction = Eigen::Vector3d(0.3, -0.4, 1.0).normalized();
+  daylight.sun_irradiance = {100000, 90000, 80000};
+  for (const double share : {0.0, 0.5, 1.0}) {
+    const ArrivingLight light =
+        LightArriving(grid, occupied, sky, daylight, {.own_shade = share});
+    for (int z = 0; z < 8; ++z) {
+      const auto voxel =
+          static_cast<std::size_t>(occupied.of_cell[grid.Index(15, 15, z)]);
+      const double way_m = 0.25 * (7 - z + share / 2) / daylight.sun_direction.z();
+      EXPECT_NEAR(light.sun[voxel][1] / (90000 * std::exp(-1.2 * way_m)), 1, 1e-5);
+    }
+  }
+  EXPECT_THROW(LightArriving(grid, occupied, sky, daylight, {.own_shade = 1.1}),
+               OptionError);
+}
+
 // An opaque roof whose edge is seen just before the sun's centre hides half of its disc.
 TEST(ArrivingLight, AnEdgeBeforeTheSunsCentreHidesHalfOfIt) {
   constexpr int kRoof = 20;
