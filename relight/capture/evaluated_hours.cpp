@@ -24,7 +24,9 @@ std::optional<TimeInName> TimeIn(const std::string& stem) {
   static const std::regex pattern(
       "(?:^|.*[^0-9A-Za-z])(?:(\\d{4}-\\d{2}-\\d{2})[_T ])?"
       "(\\d{2})[:h-]?(\\d{2})");
+  static const std::regex ends_in_date("(?:^|.*[^0-9])\\d{4}-\\d{2}-\\d{2}");
   std::smatch match;
+  if (std::regex_match(stem, ends_in_date)) return std::nullopt;
   if (!std::regex_match(stem, match, pattern)) return std::nullopt;
   const int hour = std::stoi(match[2]), minute = std::stoi(match[3]);
   if (hour > 23 || minute > 59) return std::nullopt;
