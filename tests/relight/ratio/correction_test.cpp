@@ -72,8 +72,11 @@ CorrectionModel HeightModel(float value) {
   model.high = Eigen::VectorXf::Constant(count, 1e6f);
   model.mean = Eigen::VectorXf::Zero(count);
   model.deviation = Eigen::VectorXf::Ones(count);
-  model.members = {
-      {{Eigen::MatrixXf::Zero(1, count), Eigen::VectorXf::Constant(1, value)}}};
+  const auto& names = CorrectionFeatureNames();
+  CorrectionModel::Layer layer{Eigen::MatrixXf::Zero(1, count), Eigen::VectorXf::Zero(1)};
+  layer.weights(0, std::find(names.begin(), names.end(), "height") - names.begin()) =
+      value;
+  model.members = {{layer}};
   return model;
 }
 
@@ -218,6 +221,9 @@ TEST(Correction, FadesWhereFeaturesWereNeverSeen) {
   const CorrectionFeatures features =
       scene.Features(DaylightAt(150, 55), DaylightAt(260, 15));
   CorrectionModel model = HeightModel(0.5f);
+  EXPECT_GT(cv::norm(PredictCorrection(model, features, RadFromDeg(90)).log_factor,
+                     cv::NORM_INF),
+            0.05);
   // The sun of the target was never lower than 30 degrees, and reached up by a tenth more
   const auto& names = CorrectionFeatureNames();
   const auto at =
