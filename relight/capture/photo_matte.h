@@ -49,6 +49,7 @@ struct MatteOptions {
   MatteMethod method = MatteMethod::kClosedForm;
   MattePrior prior = MattePrior::kSampling;
   MatteColor color = MatteColor::kLinear;
+  double leaf_brightness = 0.0;  // F of (M11), color_prior.h.
   MattingOptions closed_form;
   AutomaticTrimapOptions automatic;
   MaskTrimapOptions mask;
@@ -64,6 +65,12 @@ void Describe(MatteOptions& o, Visitor&& field) {
   field(
       o.color,
       FieldInfo{"matting-color", "", "colours the closed form takes: linear or display"});
+  field(o.leaf_brightness,
+        FieldInfo{"leaf-brightness",
+                  "",
+                  "how many times brighter than leaves that are surely tree one may be; "
+                  "0: 4 before the sky, else 1",
+                  Between(0, 16)});
   Describe(o.closed_form, field);
   Describe(o.automatic, field);
   Describe(o.mask, field);
