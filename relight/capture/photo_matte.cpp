@@ -162,8 +162,9 @@ PhotoMatte EstimatePhotoMatte(const Photo& photo,
     if (options.prior == MattePrior::kNone) matting.prior_weight = 0;
     matting.brightest = options.leaf_brightness;
     if (matting.brightest == 0) {
-      const bool before_sky =
-          !matte.screen && IsBeforeSky(DisplayFromLinear(photo.pixels), matte.trimap);
+      const bool found = guide.automatic || guided_by == file;
+      const bool before_sky = !matte.screen && (found || guide.of_tree) &&
+                              IsBeforeSky(DisplayFromLinear(photo.pixels), matte.trimap);
       matting.brightest = before_sky ? 4 : 1;
     }
     return EstimateMatte(options.color == MatteColor::kDisplay

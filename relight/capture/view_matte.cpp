@@ -66,6 +66,7 @@ CaptureMattes::CaptureMattes(const Capture& capture,
 
 MatteGuide CaptureMattes::GuideOf(const ViewEntry& view) const {
   MatteGuide guide;
+  guide.of_tree = true;
   guide.trimap = FileOfView(capture_, "trimaps", view.name);
   if (guide.trimap) return guide;
   guide.automatic = true;
