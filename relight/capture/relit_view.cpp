@@ -46,6 +46,7 @@ RelitView::RelitView(const PreparedView& view,
       input_(input),
       input_luminance_(MeanLuminance(view.cut.foreground, view.cut.alpha)) {
   static_cast<void>(DaylightOf(options.light));
+  static_cast<void>(TransportOf(options.light.method, options.transport));
 }
 
 Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
@@ -60,7 +61,7 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target, const Progress& prog
                          tree.occupied,
                          tree.sky_transmittance,
                          DaylightUnder(sun),
-                         ours ? options_.transport : ArrivingLightOptions{});
+                         TransportOf(options_.light.method, options_.transport));
   };
   RelitTree relit;
   const ArrivingLight target_light = arriving(target);
