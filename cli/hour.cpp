@@ -127,6 +127,17 @@ Verb AddHour(CLI::App& program, const ConsoleOptions& console) {
                 r.components,
                 "with --irradiance: sun, sky and indirect light too")
       ->group(output);
+  app->add_option("--confidence",
+                  r.confidence,
+                  "write how sure each pixel is, from 0 to 1: 16-bit grey .png; an .exr "
+                  "result has it as a channel")
+      ->type_name("FILE")
+      ->group(output);
+  app->add_option("--correction-features",
+                  r.correction_features,
+                  "write what the learned correction reads, a layer a feature, .exr")
+      ->type_name("FILE")
+      ->group(output);
   app->add_flag("--force", r.force, "make every stage again")->group(output);
   app->add_flag("--json", *json, "print the result as JSON")->group(output);
 

@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -113,7 +115,25 @@ int OfCapture(const MatteRequest& request, const ConsoleOptions& console) {
   return 0;
 }
 
-void RequireNoInput(const MatteRequest& request, const fs::path& output) {
+// A file that says by its name that it is of another kind than what is written misleads.
+void RequireEnding(const fs::path& file, const char* ending, const char* what) {
+  std::string has = file.extension().string();
+  std::transform(has.begin(), has.end(), has.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  if (has == ending) return;
+  throw OptionError(file.string() + ": " + what + " is written as " + ending +
+                    "; give a name that ends so");
+}
+
+void RequireOutputs(const MatteRequest& request, const fs::path& output) {
+  RequireEnding(output, ".png", "the matte");
+  if (request.foreground) RequireEnding(*request.foreground, ".exr", "the foreground");
+  if (request.trimap_output) RequireEnding(*request.trimap_output, ".png", "the trimap");
+  if (request.trimap_output && *request.trimap_output == output) {
+    throw OptionError(output.string() +
+                      ": matte and trimap would be one file; give two names");
+  }
   std::vector<fs::path> inputs = request.guide.scribbles;
   inputs.push_back(request.source);
   if (request.guide.trimap) inputs.push_back(*request.guide.trimap);
@@ -135,7 +155,7 @@ int OfPhoto(const MatteRequest& request, const ConsoleOptions& console) {
   const CaptureOptions options = OptionsFrom({}, request.options);
   const fs::path output = request.output.value_or(
       request.source.parent_path() / (request.source.stem().string() + "_matte.png"));
-  RequireNoInput(request, output);
+  RequireOutputs(request, output);
   const Progress progress = ShowProgress(console, "matte");
   const Photo photo = ReadPhoto(request.source, options.photo);
   const PhotoMatte matte = EstimatePhotoMatte(photo,

@@ -540,4 +540,19 @@ AutomaticTrimap EstimateTrimap(const cv::Mat3f& display,
   return result;
 }
 
+bool IsBeforeSky(const cv::Mat3f& display,
+                 const cv::Mat1b& trimap,
+                 const Progress& progress) {
+  const cv::Size size = Reduced(display.size(), kWorkPixels);
+  cv::Mat3f small;
+  cv::resize(display, small, size, 0, 0, cv::INTER_AREA);
+  cv::patchNaNs(small);
+  const SkyBehind sky = FindSky(small, progress);
+  if (sky.share < 0.5) return false;
+  cv::Mat1b labels;
+  cv::resize(trimap, labels, size, 0, 0, cv::INTER_NEAREST);
+  const cv::Mat1b background = labels == kTrimapBackground;
+  return 2 * cv::countNonZero(background & sky.known) > cv::countNonZero(background);
+}
+
 }  // namespace relight

@@ -78,4 +78,10 @@ AutomaticTrimap EstimateTrimap(const cv::Mat3f& display,
                                const AutomaticTrimapOptions& options = {},
                                const Progress& progress = {});
 
+// Whether what a trimap calls background is sky for the most part, and sky is along most
+// of the upper border. Throws Cancelled.
+bool IsBeforeSky(const cv::Mat3f& display,
+                 const cv::Mat1b& trimap,
+                 const Progress& progress = {});
+
 }  // namespace relight

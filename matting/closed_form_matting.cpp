@@ -100,7 +100,8 @@ MatteEstimate Solve(const cv::Mat3f& image,
 
   const ColorPrior prior =
       options.prior_weight > 0
-          ? EstimateColorPrior(image, trimap, {}, progress.Part(0, 0.3))
+          ? EstimateColorPrior(
+                image, trimap, {.brightest = options.brightest}, progress.Part(0, 0.3))
           : ColorPrior();
   const MattingSystem system =
       MakeMattingSystem(image, trimap, prior, options, progress.Part(0.3, 0.4));

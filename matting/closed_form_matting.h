@@ -34,6 +34,7 @@ struct MattingOptions {
   double epsilon = 1e-7;        // eps of (M2), for colours in [0, 1].
   double lambda = 100.0;        // lambda of (M1).
   double prior_weight = 0.025;  // Weight of the colour prior in D; 0: [Levin08] alone.
+  double brightest = 1.0;       // Of the colour prior (M11); trees: 4.
   double relative_residual = 1e-8;
   int most_iterations = 500;
 };

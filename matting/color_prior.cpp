@@ -74,6 +74,14 @@ std::vector<cv::Vec3f> CommonColors(const cv::Mat3f& blocks, const cv::Mat1b& kn
   return colors;
 }
 
+// Adds each colour made brighter. (M11)
+void AddBrighter(double brightest, std::vector<cv::Vec3f>& colors) {
+  const std::size_t samples = colors.size();
+  for (float factor = 2; factor <= brightest; factor *= 2) {
+    for (std::size_t i = 0; i < samples; ++i) colors.push_back(factor * colors[i]);
+  }
+}
+
 struct Guess {
   float alpha = 0, confidence = 0;
 };
@@ -214,6 +222,7 @@ ColorPrior EstimateColorPrior(const cv::Mat3f& linear,
           for (int x = 0; x < linear.cols; ++x) {
             if (trimap(y, x) != kTrimapUnknown) continue;
             foreground.ColorsAround(x, y, near_foreground);
+            AddBrighter(options.brightest, near_foreground);
             background.ColorsAround(x, y, near_background);
             const Guess guess =
                 GuessOf(linear(y, x), near_foreground, near_background, options);

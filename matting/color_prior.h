@@ -16,6 +16,15 @@
 // alpha* is the mean of the pairs' a, weighted by exp(-cost / 2); the confidence that it
 // enters D of (M1) with falls with r, with the spread of a over the pairs, and where F
 // and B are alike.
+//
+// Leaves in the sun are brighter than those that are surely tree, for a bright leaf is
+// nearer to the sky: a mixture of dark leaf and sky is taken for them, with colours that
+// are too dark. Light changes a leaf's brightness more than its hue. For a tree, F is
+// also each sample made brighter, by factors of two up to `brightest`:
+//
+//   F in { f, 2 f, 4 f ... brightest f }                                  (M11)
+//
+// For other things this explains too much, and is off.
 
 #include "relight/base/progress.h"
 
@@ -27,6 +36,7 @@ struct ColorPriorOptions {
   double sigma = 0.045;    // s of (M5), in display values.
   double purity = 10.0;    // p of (M5).
   double agreement = 0.1;  // Standard deviation of a over the pairs that still says much.
+  double brightest = 1.0;  // Of (M11); below 2: samples as they are.
 };
 
 struct ColorPrior {

@@ -114,8 +114,13 @@ CaptureOptions OptionsFrom(const CaptureFile& file,
 
 Capture OpenCapture(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
-    throw InputError(folder.string() +
-                     ": no such folder; give a capture folder or a photo");
+    throw InputError(folder.string() + (fs::exists(folder)
+                                            ? ": is a file, and this needs a capture "
+                                              "folder; make one with: relight init "
+                                              "FOLDER PHOTO…"
+                                            : ": no such folder; check the name, or make "
+                                              "a capture with: relight init FOLDER "
+                                              "PHOTO…"));
   }
   if (!fs::exists(folder / "capture.toml")) {
     throw InputError(

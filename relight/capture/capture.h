@@ -15,6 +15,7 @@
 #include "relight/composite/ground_shadow.h"
 #include "relight/composite/old_shadow.h"
 #include "relight/photo/write_photo.h"
+#include "relight/ratio/correction.h"
 #include "relight/volume/opacity_estimation.h"
 #include "relight/volume/silhouette_volume.h"
 
@@ -30,6 +31,7 @@ namespace relight {
 // All that capture.toml's [options] and the command line may set, under one name each.
 struct CaptureOptions {
   LightOptions light;
+  CorrectionOptions correction;
   OpacityOptions volume;
   CrownOptions crown;
   ViewSelectionOptions selection;
@@ -44,6 +46,7 @@ struct CaptureOptions {
 template <class Visitor>
 void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.light, field);
+  Describe(o.correction, field);
   Describe(o.volume, field);
   Describe(o.crown, field);
   Describe(o.selection, field);

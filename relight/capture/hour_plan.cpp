@@ -34,14 +34,16 @@ void CheckOutputs(const HourPlan& plan) {
     if (given) inputs.push_back(*given);
   }
   std::vector<fs::path> outputs = {plan.output};
-  for (const auto& linear : {r.irradiance, r.ratio}) {
+  for (const auto& linear : {r.irradiance, r.ratio, r.correction_features}) {
     if (!linear) continue;
     if (linear->extension() != ".exr") {
-      throw OptionError(linear->string() + ": light and ratio are written as .exr");
+      throw OptionError(linear->string() +
+                        ": light, ratio and features are written as .exr");
     }
     outputs.push_back(*linear);
   }
   if (r.shadow) outputs.push_back(*r.shadow);
+  if (r.confidence) outputs.push_back(*r.confidence);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     RequireNoInput(outputs[i], inputs);
     if (i > 0 || r.output) RequirePlaceFor(outputs[i]);
@@ -60,6 +62,7 @@ void CheckOutputs(const HourPlan& plan) {
   };
   std::vector<std::string> formats = WritableExtensions();
   if (r.shadow) require_format(*r.shadow, formats);
+  if (r.confidence) require_format(*r.confidence, {".png"});
   formats.emplace_back(kLayers);
   require_format(plan.output, formats);
   if (r.whole && r.over) {
@@ -97,6 +100,8 @@ CommandWords WordsOf(const HourRequest& r) {
   said.Add("--irradiance", r.irradiance);
   if (r.components) said.Add("--components");
   said.Add("--ratio", r.ratio);
+  said.Add("--confidence", r.confidence);
+  said.Add("--correction-features", r.correction_features);
   said.Add("--shadow", r.shadow);
   said.Add("--over", r.over);
   said.Add("-o", r.output);

@@ -27,6 +27,9 @@ struct HourRequest : ViewRequest {
   std::optional<std::filesystem::path> shadow;  // Of the wanted hour, on the ground.
   std::optional<std::filesystem::path> over;    // A backdrop: the result is flat on it.
   std::optional<std::filesystem::path> irradiance, ratio;
+  std::optional<std::filesystem::path> confidence;  // A grey picture, of Confidence().
+  // What the learned correction reads (correction_features.h), a layer a feature.
+  std::optional<std::filesystem::path> correction_features;
   bool components = false;
   int quality = 95;
 };

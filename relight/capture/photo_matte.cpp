@@ -113,6 +113,15 @@ PhotoMatte EstimatePhotoMatte(const Photo& photo,
     RequireSize(guided_by, "trimap", gray.size(), size);
     matte.trimap = TrimapFromGray(gray);
     matte.made_from = guided_by.string();
+    const TrimapCounts counts = CountLabels(matte.trimap);
+    if (counts.unknown == 0) {
+      matte.doubts.emplace_back(
+          std::string("the trimap has no unknown (grey) pixel") +
+          (counts.foreground == 0   ? " and no foreground (white)"
+           : counts.background == 0 ? " and no background (black)"
+                                    : "") +
+          ": it is the matte as it stands; a mask cut by hand goes to --refine");
+    }
   } else if (guide.refine) {
     guided_by = *guide.refine;
     const cv::Mat1f mask = ReadMatte(guided_by);
@@ -151,6 +160,13 @@ PhotoMatte EstimatePhotoMatte(const Photo& photo,
     }
     MattingOptions matting = options.closed_form;
     if (options.prior == MattePrior::kNone) matting.prior_weight = 0;
+    matting.brightest = options.leaf_brightness;
+    if (matting.brightest == 0) {
+      const bool found = guide.automatic || guided_by == file;
+      const bool before_sky = !matte.screen && (found || guide.of_tree) &&
+                              IsBeforeSky(DisplayFromLinear(photo.pixels), matte.trimap);
+      matting.brightest = before_sky ? 4 : 1;
+    }
     return EstimateMatte(options.color == MatteColor::kDisplay
                              ? DisplayFromLinear(photo.pixels)
                              : photo.pixels,

@@ -49,6 +49,7 @@ struct MatteOptions {
   MatteMethod method = MatteMethod::kClosedForm;
   MattePrior prior = MattePrior::kSampling;
   MatteColor color = MatteColor::kLinear;
+  double leaf_brightness = 0.0;  // F of (M11), color_prior.h.
   MattingOptions closed_form;
   AutomaticTrimapOptions automatic;
   MaskTrimapOptions mask;
@@ -64,6 +65,13 @@ void Describe(MatteOptions& o, Visitor&& field) {
   field(
       o.color,
       FieldInfo{"matting-color", "", "colours the closed form takes: linear or display"});
+  field(o.leaf_brightness,
+        FieldInfo{"leaf-brightness",
+                  "",
+                  "how many times brighter than leaves that are surely tree one may be; "
+                  "0: 4 where the tree was found before the sky and in captures "
+                  "before it, else 1",
+                  Between(0, 16)});
   Describe(o.closed_form, field);
   Describe(o.automatic, field);
   Describe(o.mask, field);
@@ -76,6 +84,7 @@ struct MatteGuide {
   std::vector<std::filesystem::path> scribbles;  // A picture of strokes, or two masks.
   bool automatic = false;                       // What is not scribbled on is found, too.
   std::optional<std::filesystem::path> refine;  // A mask cut by hand.
+  bool of_tree = false;                         // Surely of a tree: a capture's.
   std::string screen;                           // As FindScreen takes it; empty: none.
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/capture/relit_hour.h"
 
+#include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/base/field_text.h"
 #include "relight/base/version.h"
@@ -12,6 +13,7 @@
 #include "relight/photo/color.h"
 #include "relight/photo/image_file.h"
 #include "relight/photo/read_photo.h"
+#include "relight/ratio/confidence.h"
 
 #include <algorithm>
 #include <cmath>
@@ -76,6 +78,27 @@ void WriteLight(const HourPlan& plan,
   }
 }
 
+// Patches as layers, their place in the photo as text.
+void WriteFeatures(const fs::path& file, const CorrectionFeatures& features) {
+  if (features.planes.empty()) {
+    throw InputError(file.string() +
+                     ": the tree has no patch that meets its volume, so there are no "
+                     "features to write");
+  }
+  std::vector<LinearLayer> layers = {{"cover", features.cover}};
+  for (std::size_t i = 0; i < features.planes.size(); ++i) {
+    layers.push_back({CorrectionFeatureNames()[i], features.planes[i]});
+  }
+  const PatchGrid& grid = features.grid;
+  std::ostringstream place;
+  place.precision(17);
+  place << grid.left_px << " " << grid.top_px << " " << grid.patch_px;
+  std::string names;
+  for (const std::string& name : CorrectionFeatureNames()) names += name + " ";
+  WriteLinear(
+      file, layers, {{"relight:patches", place.str()}, {"relight:features", names}});
+}
+
 }  // namespace
 
 HourResult RunHour(const HourPlan& plan, const StageStart& start) {
@@ -85,7 +108,8 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   result.notes = view.notes;
   const fs::path& photo_file = plan.view.PhotoFile();
   RelitView relit(view, plan.view.options, plan.view.input.sun);
-  const RelitTree tree = relit.TreeUnder(plan.target.sun, view.progress.Part(0, 0.4));
+  const RelitTree tree = relit.TreeUnder(
+      plan.target.sun, view.progress.Part(0, 0.4), r.correction_features.has_value());
 
   // Exposure: one factor for all
   result.mean_ratio = tree.mean_ratio;
@@ -151,6 +175,21 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   // Write, all or nothing of each file
   if (!r.output && fs::is_directory(r.source)) MakeFolderOf(r.source, "out");
   WriteLight(plan, tree.light, view.photo.pixels.size(), result);
+  cv::Mat1f confidence;
+  if (r.confidence || plan.output.extension() == ".exr") {
+    confidence = Confidence(
+        tree.light,
+        view.cut.alpha,
+        AngleBetween(plan.view.input.sun.direction, plan.target.sun.direction));
+  }
+  if (r.confidence) {
+    WriteMatte(*r.confidence, confidence);
+    result.files.push_back(*r.confidence);
+  }
+  if (r.correction_features) {
+    WriteFeatures(*r.correction_features, tree.features);
+    result.files.push_back(*r.correction_features);
+  }
   const Provenance provenance =
       ProvenanceOf(plan.view,
                    HashInputs(plan.view),
@@ -165,7 +204,8 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   }
   const WriteSummary written =
       layers ? WriteOpenRaster(plan.output, montage, provenance)
-             : WritePhoto(plan.output, output, provenance, {.quality = r.quality});
+             : WritePhoto(
+                   plan.output, output, provenance, {.quality = r.quality}, confidence);
   result.files.insert(result.files.begin(), plan.output);
   result.clipped_out = written.clipped_pixels;
   if (solid > 0 && written.clipped_pixels > solid / 100) {

@@ -53,7 +53,9 @@ Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
   return MakeDaylight(sun, DaylightOf(options_.light));
 }
 
-RelitTree RelitView::TreeUnder(const SolarPosition& target, const Progress& progress) {
+RelitTree RelitView::TreeUnder(const SolarPosition& target,
+                               const Progress& progress,
+                               bool with_features) {
   const Tree& tree = view_.tree;
   const bool ours = options_.light.method == Method::kDefault;
   const auto arriving = [&](const SolarPosition& sun) {
@@ -64,6 +66,7 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target, const Progress& prog
                          TransportOf(options_.light.method, options_.transport));
   };
   RelitTree relit;
+  if (!input_light_) input_light_ = arriving(input_);
   const ArrivingLight target_light = arriving(target);
   progress.Report(0.3);
   if (view_light_) {
@@ -72,13 +75,28 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target, const Progress& prog
   } else {
     relit.light = LightOfView(tree.grid,
                               tree.occupied,
-                              arriving(input_),
+                              *input_light_,
                               target_light,
                               view_.camera,
                               view_.cut.alpha,
                               {.smooth = ours, .ratio = {}},
                               progress.Part(0.3, 0.7));
     view_light_ = relit.light;
+  }
+  const bool corrects = ours && !options_.correction.no_correction;
+  if (corrects || with_features) {
+    if (!correction_view_) {
+      correction_view_.emplace(
+          tree.grid, tree.occupied, view_.camera, view_.cut.foreground, view_.cut.alpha);
+    }
+    relit.features = correction_view_->Under({*input_light_, DaylightUnder(input_)},
+                                             {target_light, DaylightUnder(target)});
+  }
+  relit.light.correction = {};
+  if (corrects) {
+    if (!model_) model_ = ReadCorrectionModel();
+    relit.light.correction = PredictCorrection(
+        *model_, relit.features, AngleBetween(input_.direction, target.direction));
   }
   relit.colors =
       ApplyRatio(relit.light, view_.cut.foreground, 1.0, progress.Part(0.7, 1));

@@ -8,6 +8,7 @@
 #include "relight/capture/prepared_view.h"
 #include "relight/composite/ground_shadow.h"
 #include "relight/composite/old_shadow.h"
+#include "relight/ratio/correction.h"
 #include "relight/ratio/relight_view.h"
 #include "relight/sky/daylight.h"
 
@@ -21,9 +22,10 @@ namespace relight {
 
 // The tree's colours under another hour.
 struct RelitTree {
-  cv::Mat3f colors;         // Linear, straight, of the photo's size.
-  ViewLight light;          // Of both hours.
-  double mean_ratio = 1.0;  // Of the mean luminance inside the matte.
+  cv::Mat3f colors;             // Linear, straight, of the photo's size.
+  ViewLight light;              // Of both hours.
+  CorrectionFeatures features;  // Of both hours; without planes where none were wanted.
+  double mean_ratio = 1.0;      // Of the mean luminance inside the matte.
 };
 
 // A photo to put the tree on. Throws InputError when its size is another.
@@ -42,8 +44,11 @@ class RelitView {
             const CaptureOptions& options,
             const SolarPosition& input);
 
-  // Throws Cancelled.
-  RelitTree TreeUnder(const SolarPosition& target, const Progress& progress = {});
+  // `with_features`: what the learned correction reads, even where it is not used. Throws
+  // Cancelled.
+  RelitTree TreeUnder(const SolarPosition& target,
+                      const Progress& progress = {},
+                      bool with_features = false);
 
   // What the tree leaves of the light on the ground; where the photo shows its own ground
   // and the target is its own hour, as the photo shows it (old_shadow.h). RGB of the
@@ -68,8 +73,11 @@ class RelitView {
   const PreparedView& view_;
   CaptureOptions options_;
   SolarPosition input_;
-  double input_luminance_ = 0.0;         // Of the tree, the mean.
+  double input_luminance_ = 0.0;  // Of the tree, the mean.
+  std::optional<ArrivingLight> input_light_;
   std::optional<ViewLight> view_light_;  // Of any target: the input's part is kept.
+  std::optional<CorrectionView> correction_view_;
+  std::optional<CorrectionModel> model_;
   std::optional<PhotoShadow> photo_shadow_;
 };
 

@@ -66,7 +66,13 @@ std::map<std::string, Camera> CamerasToMatte(const Capture& capture,
 std::string SelectionNote(const Capture& capture, const CaptureOptions& options) {
   const std::size_t all = CamerasOf(capture).size();
   const std::size_t chosen = VolumeCamerasOf(capture, options).size();
-  if (chosen == all) return "";
+  constexpr std::size_t kFew = 4;
+  if (chosen == all) {
+    if (chosen < 2 || chosen >= kFew) return "";
+    return "the volume is reconstructed from " + std::to_string(chosen) +
+           " views only: how deep the tree is between them is a guess (four views or "
+           "more, evenly around the tree, mend that)";
+  }
   return "mattes and volume are made from " + std::to_string(chosen) + " of " +
          std::to_string(all) +
          " views, evenly around the tree (--most-views N takes more or fewer)";

@@ -129,7 +129,8 @@ WriteSummary Encode(const Photo& photo, cv::Mat* samples) {
 WriteSummary WritePhoto(const fs::path& path,
                         const Photo& photo,
                         const Provenance& provenance,
-                        const WritePhotoOptions& options) {
+                        const WritePhotoOptions& options,
+                        const cv::Mat1f& confidence) {
   CheckFields(options);
   Require(!photo.pixels.empty(), "a photo that is written has pixels");
   Require(photo.alpha.empty() || photo.alpha.size() == photo.pixels.size(),
@@ -160,6 +161,14 @@ WriteSummary WritePhoto(const fs::path& path,
     picture.half = true;
     picture.display_encoded = false;
     summary = Encode<ToHalf>(photo, &picture.samples);
+    if (!confidence.empty()) {
+      Require(confidence.size() == photo.pixels.size(), "confidence of the photo's size");
+      std::vector<cv::Mat> channels;
+      cv::split(picture.samples, channels);
+      channels.push_back(confidence);
+      cv::merge(channels, picture.samples);
+      picture.channels.push_back("confidence");
+    }
   } else if (format == PictureFormat::kJpeg) {
     summary = Encode<ToDisplay<std::uint8_t>>(photo, &picture.samples);
   } else {

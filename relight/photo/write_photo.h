@@ -46,10 +46,13 @@ struct WriteSummary {
 
 // Fully transparent pixels count in none of these. Throws OptionError for an unknown
 // extension or an alpha for .jpg, InputError when the file cannot be written whole.
+// `confidence`, of the photo's size where it is given, is one more channel of an .exr, of
+// that name; the other formats have no place for it.
 WriteSummary WritePhoto(const std::filesystem::path& path,
                         const Photo& photo,
                         const Provenance& provenance,
-                        const WritePhotoOptions& options = {});
+                        const WritePhotoOptions& options = {},
+                        const cv::Mat1f& confidence = {});
 
 // ".exr, .jpg, …", for messages and help.
 std::vector<std::string> WritableExtensions();

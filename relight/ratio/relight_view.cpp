@@ -101,10 +101,12 @@ ViewLight UnderTarget(const ViewLight& light,
   return other;
 }
 
-cv::Mat3f RatioRows(const ViewLight& light,
-                    cv::Size full_size,
-                    int row_begin,
-                    int row_end) {
+namespace {
+
+cv::Mat3f SimulatedRatioRows(const ViewLight& light,
+                             cv::Size full_size,
+                             int row_begin,
+                             int row_end) {
   const cv::Size small = light.input_light.size();
   if (small == full_size) {
     return RatioImage(light.input_light.rowRange(row_begin, row_end),
@@ -135,6 +137,25 @@ cv::Mat3f RatioRows(const ViewLight& light,
             cv::INTER_LINEAR,
             cv::BORDER_REPLICATE);
   return RatioImage(input, target, light.floor);
+}
+
+}  // namespace
+
+cv::Mat3f RatioRows(const ViewLight& light,
+                    cv::Size full_size,
+                    int row_begin,
+                    int row_end) {
+  cv::Mat3f ratio = SimulatedRatioRows(light, full_size, row_begin, row_end);
+  const Correction& correction = light.correction;
+  if (correction.log_factor.empty()) return ratio;
+  const cv::Mat1f log_factor = PatchRows(
+      correction.grid, correction.log_factor, full_size.width, row_begin, row_end);
+  for (int row = 0; row < ratio.rows; ++row) {
+    for (int column = 0; column < ratio.cols; ++column) {
+      ratio(row, column) *= std::exp(log_factor(row, column));
+    }
+  }
+  return ratio;
 }
 
 cv::Mat3f ApplyRatio(const ViewLight& light,

@@ -6,6 +6,7 @@
 // colours.
 
 #include "relight/base/progress.h"
+#include "relight/ratio/correction.h"
 #include "relight/ratio/mean_light.h"
 #include "relight/ratio/ratio_image.h"
 #include "relight/scattering/single_scattering.h"
@@ -33,6 +34,7 @@ struct ViewLight {
   cv::Mat3f input_light, target_light;  // (R2); outside the matte 0, or continued when
                                         // smaller.
   cv::Vec3f floor;                      // Of the ratio.
+  Correction correction;                // Times its factor; without patches: none.
   double weak_share =
       0.0;  // Pixels of the matte (alpha > 0.5) whose ray meets no volume.
 };

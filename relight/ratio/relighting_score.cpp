@@ -2,6 +2,7 @@
 #include "relight/ratio/relighting_score.h"
 
 #include "relight/base/error.h"
+#include "relight/ratio/color_transfer.h"
 
 #include <opencv2/imgproc.hpp>
 
@@ -159,6 +160,7 @@ std::optional<double> RingPsnr(const cv::Mat3d& color,
                                const cv::Mat1f& alpha,
                                const Truth& truth,
                                const cv::Vec3d& gain) {
+  if (truth.alpha.empty()) return std::nullopt;
   double sum = 0.0;
   std::size_t count = 0;
   for (int y = 0; y < color.rows; ++y) {
@@ -250,25 +252,18 @@ void CheckSizes(const RelightingPictures& pictures) {
                      "; give pictures of one view and size");
   };
   check("the truth", pictures.truth.color, true);
-  if (pictures.truth.alpha.empty()) {
-    throw InputError("the truth has no alpha; give the tree alone, as RGBA");
-  }
-  check("the truth's alpha", pictures.truth.alpha, true);
+  check("the truth's alpha", pictures.truth.alpha, false);
   check("the result", pictures.result.color, true);
   check("the result's alpha", pictures.result.alpha, false);
-  check("the source", pictures.source.color, true);
-  check("the matte", pictures.matte, true);
+  check("the source", pictures.source.color, false);
+  check("the matte", pictures.matte, false);
 }
 
+bool IsOpaque(const cv::Mat1f& alpha) { return cv::countNonZero(alpha < 1.0f) == 0; }
+
 Inside FindInside(const RelightingPictures& pictures) {
-  Inside inside{.mask = (pictures.truth.alpha > 0.5f) & (pictures.matte > 0.5f),
-                .pixels = {}};
+  Inside inside{.mask = ScoredInside(pictures), .pixels = {}};
   cv::findNonZero(inside.mask, inside.pixels);
-  if (inside.pixels.empty()) {
-    throw InputError(
-        "no pixel has alpha > 0.5 in both the truth and the matte; give the "
-        "matte of this view");
-  }
   return inside;
 }
 
@@ -286,19 +281,35 @@ void CheckFinite(const char* name, const cv::Mat3d& color, const Inside& inside)
 
 }  // namespace
 
+cv::Mat1b ScoredInside(const RelightingPictures& pictures) {
+  CheckSizes(pictures);
+  const cv::Mat1f &alpha = pictures.truth.alpha, &matte = pictures.matte;
+  if (matte.empty() && (alpha.empty() || IsOpaque(alpha))) {
+    throw InputError(
+        "nothing says where the tree is: the truth has no alpha, or is opaque all over; "
+        "give the matte of this view, --alpha FILE");
+  }
+  cv::Mat1b inside(pictures.truth.color.size(), uchar{255});
+  if (!alpha.empty()) inside &= alpha > 0.5f;
+  if (!matte.empty()) inside &= matte > 0.5f;
+  if (cv::countNonZero(inside) == 0) {
+    throw InputError(
+        "no pixel has alpha > 0.5 in both the truth and the matte; give the "
+        "matte of this view");
+  }
+  return inside;
+}
+
 RelightingScore ScoreRelighting(const RelightingPictures& pictures,
                                 const RelightingScoreOptions& options) {
   CheckFields(options);
-  CheckSizes(pictures);
   const Inside inside = FindInside(pictures);
-  cv::Mat3d result, source;
+  cv::Mat3d result;
   Truth truth{.color = {}, .alpha = pictures.truth.alpha, .luminance = {}, .low = {}};
   pictures.result.color.convertTo(result, CV_64F);
-  pictures.source.color.convertTo(source, CV_64F);
   pictures.truth.color.convertTo(truth.color, CV_64F);
   result /= options.scale;
   CheckFinite("the result", result, inside);
-  CheckFinite("the source", source, inside);
   CheckFinite("the truth", truth.color, inside);
 
   truth.luminance = LuminanceOf(truth.color);
@@ -308,13 +319,25 @@ RelightingScore ScoreRelighting(const RelightingPictures& pictures,
     throw InputError("the truth is black inside the matte; give the lit tree");
   }
 
-  const cv::Mat1f& matte = pictures.matte;
+  const cv::Mat1f& matte = pictures.matte.empty() ? pictures.truth.alpha : pictures.matte;
   const cv::Mat1f& alpha = pictures.result.alpha.empty() ? matte : pictures.result.alpha;
-  return {.result = Score(result, alpha, truth, inside),
-          .nothing = Score(source, matte, truth, inside),
-          .histogram =
-              Score(HistogramTransfer(source, truth.color, inside), matte, truth, inside),
-          .pixels = static_cast<int>(inside.pixels.size())};
+  RelightingScore score{.result = Score(result, alpha, truth, inside),
+                        .pixels = static_cast<int>(inside.pixels.size()),
+                        .peak = truth.peak};
+  if (pictures.source.color.empty()) return score;
+
+  cv::Mat3d source;
+  pictures.source.color.convertTo(source, CV_64F);
+  CheckFinite("the source", source, inside);
+  const auto row = [&](const cv::Mat3d& color) {
+    return Score(color, matte, truth, inside);
+  };
+  score.nothing = row(source);
+  score.histogram = row(HistogramTransfer(source, truth.color, inside));
+  score.reinhard = row(ReinhardTransfer(source, truth.color, inside.mask));
+  score.monge_kantorovich =
+      row(MongeKantorovichTransfer(source, truth.color, inside.mask));
+  return score;
 }
 
 }  // namespace relight

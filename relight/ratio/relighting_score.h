@@ -6,9 +6,9 @@
 //   [Wang04] docs/bibliography.md#wang04   structural similarity
 //
 // Inside means alpha > 0.5 in the truth and in the matte; what the result says of its own
-// alpha decides nothing. With Y the luminance of Rec.709, p the 99th percentile of the
-// truth's, and L(c) the mean of c over a box of side 13/300 of the height, over the
-// inside:
+// alpha decides nothing. A truth without alpha, a photo, is bounded by the matte alone.
+// With Y the luminance of Rec.709, p the 99th percentile of the truth's, and L(c) the
+// mean of c over a box of side 13/300 of the height, over the inside:
 //
 //   PSNR(e)  = 10 log10(p^2 / mean(e^2))                                         (E1)
 //   g        = sum L(result) L(truth) / sum L(result)^2, per channel             (E2)
@@ -46,9 +46,14 @@ struct RelightingFigures {
 
 struct RelightingScore {
   RelightingFigures result;
-  RelightingFigures nothing;    // The source itself, as if the hour did not matter.
-  RelightingFigures histogram;  // The source with the truth's histogram, given to it.
-  int pixels = 0;               // Inside.
+  // With a source: itself, as if the hour did not matter, and with the truth's colours
+  // given to it (relight/ratio/color_transfer.h).
+  std::optional<RelightingFigures> nothing = {};
+  std::optional<RelightingFigures> histogram = {};
+  std::optional<RelightingFigures> reinhard = {};
+  std::optional<RelightingFigures> monge_kantorovich = {};
+  int pixels = 0;     // Inside.
+  double peak = 0.0;  // p.
 };
 
 // Straight linear Rec.709 colours, height x width, and their coverage.
@@ -58,10 +63,10 @@ struct ScoredPicture {
 };
 
 struct RelightingPictures {
-  ScoredPicture result;  // Without alpha: the matte's is taken for `ring`.
-  ScoredPicture truth;   // Needs alpha.
-  ScoredPicture source;  // What was relit; its alpha is not used.
-  cv::Mat1f matte;       // The true matte, in [0, 1].
+  ScoredPicture result;       // Without alpha: the matte's is taken for `ring`.
+  ScoredPicture truth;        // Without alpha: there is no `ring`.
+  ScoredPicture source = {};  // What was relit; its alpha is not used. May be empty.
+  cv::Mat1f matte = {};       // The true matte, in [0, 1]; empty: the truth's alpha.
 };
 
 struct RelightingScoreOptions {
@@ -74,9 +79,13 @@ void Describe(RelightingScoreOptions& o, Visitor&& field) {
         {"scale", "", "what the source was multiplied by before relighting", Above(0)});
 }
 
-// Throws InputError for pictures of different sizes, a truth without alpha, nothing
-// inside, a truth that is black inside, and a result that is not finite inside;
-// OptionError.
+// The inside of these pictures: 255, and 0 elsewhere. Throws InputError for pictures of
+// different sizes, neither a matte nor an alpha that leaves anything out, and nothing
+// inside.
+cv::Mat1b ScoredInside(const RelightingPictures& pictures);
+
+// Throws what ScoredInside throws; InputError for a truth that is black inside, and a
+// picture that is not finite inside; OptionError.
 RelightingScore ScoreRelighting(const RelightingPictures& pictures,
                                 const RelightingScoreOptions& options = {});
 

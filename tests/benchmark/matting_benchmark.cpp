@@ -508,9 +508,13 @@ void Trees() {
         const cv::Mat3f linear = ReadPhoto(entry.path(), reading).pixels;
         const cv::Mat1b trimap =
             TrimapFromGray(ReadMatte(folder / "trimap" / (name + ".png")));
-        given.push_back(MeanAbsoluteError(EstimateMatte(linear, trimap).alpha, truth));
+        // As in a capture
+        const MattingOptions matting{.brightest = 4};
+        given.push_back(
+            MeanAbsoluteError(EstimateMatte(linear, trimap, matting).alpha, truth));
         const cv::Mat1b found = EstimateTrimap(DisplayFromLinear(linear)).trimap;
-        automatic.push_back(MeanAbsoluteError(EstimateMatte(linear, found).alpha, truth));
+        automatic.push_back(
+            MeanAbsoluteError(EstimateMatte(linear, found, matting).alpha, truth));
       }
       const auto text = [](const std::vector<double>& errors) {
         double sum = 0;

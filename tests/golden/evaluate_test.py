@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """relight evaluate: the sample's own truth, and a script written apart from the program."""
 import json
+import shutil
 import subprocess
 import sys
 import unittest
 
-from relight_runner import SAMPLE, SHARED, RelightCase, made_capture, tree_png
+from relight_runner import (Exr, Png, SAMPLE, SHARED, RelightCase, made_capture, tree_png)
 
 TRUTH = SAMPLE / "truth" / "view_00_1700.exr"
 ALPHA = SAMPLE / "truth" / "view_00_alpha.png"
@@ -42,7 +43,87 @@ class Evaluate(RelightCase):
         lines = self.done("evaluate", self.result, TRUTH, "--input", PHOTO, "--alpha",
                           ALPHA).out.splitlines()
         self.assertEqual([line.split()[0] for line in lines[1:]],
-                         ["result", "nothing", "histogram"])
+                         ["result", "nothing", "histogram", "reinhard", "monge_kantorovich"])
+
+    def test_rows_of_the_input_only_with_it(self):
+        score = self.done("evaluate", self.result, TRUTH, "--json").json
+        self.assertEqual(set(score), {"result", "pixels"})
+        # The truth's own alpha is the true matte, but for its 16 bits
+        self.assertAlmostEqual(score["result"]["psnr_low"],
+                               self.score(self.result)["result"]["psnr_low"], delta=0.01)
+
+    def test_colour_transfer_is_given_the_truths_colours(self):
+        score = self.score(self.result)
+        for row in ("reinhard", "monge_kantorovich"):
+            # Means are the truth's: of linear colours, and almost so of their logarithms
+            self.assertAlmostEqual(score[row]["level"], 1,
+                                   delta=1e-3 if row == "monge_kantorovich" else 0.2)
+            self.assertLess(abs(score[row]["level"] - 1), abs(score["nothing"]["level"] - 1))
+
+    def test_a_photo_is_a_truth_with_a_matte(self):
+        score = self.done("evaluate", PHOTO, PHOTO, "--alpha", ALPHA, "--json").json
+        self.assertGreater(score["result"]["psnr_low"], 100)
+        self.assertNotIn("ring", score["result"])  # What is the tree's there, no one says
+        self.refused("evaluate", PHOTO, PHOTO, names=["no alpha", "--alpha FILE"])
+
+    def test_difference_picture(self):
+        right, wrong = self.folder / "right.png", self.folder / "wrong.png"
+        self.done("evaluate", TRUTH, TRUTH, "--difference", right)
+        self.done("evaluate", self.result, TRUTH, "--difference", wrong)
+        white, grey = (245, 245, 245), (48, 48, 46)
+        self.assertEqual({tuple(Png(right).at(x, y)) for x in range(0, 480, 3)
+                          for y in range(0, 600, 3)}, {white, grey})
+        colours = {tuple(Png(wrong).at(x, 300)) for x in range(480)}
+        self.assertTrue(any(red > blue for red, _, blue in colours - {grey}))
+        self.assertTrue(any(red < blue for red, _, blue in colours - {grey}))
+        values = self.folder / "wrong.exr"
+        self.done("evaluate", self.result, TRUTH, "--difference", values)
+        self.assertEqual(Exr(values).types, {"Y": "float"})
+
+    def hours(self):
+        """Two folders: the truth at two hours, and results under other names."""
+        results, truths = self.folder / "results", self.folder / "truths"
+        for folder in (results, truths):
+            folder.mkdir()
+        for hour in ("1600", "1700"):
+            shutil.copy(TRUTH, truths / f"view_00_{hour}.exr")
+            shutil.copy(self.result, results / f"2011-07-22_{hour}.exr")
+        return results, truths
+
+    def test_a_page_of_hours(self):
+        results, truths = self.hours()
+        shutil.copy(self.result, results / "2011-07-22_1830.exr")
+        page = self.folder / "page.html"
+        outcome = self.done("evaluate", results, truths, "--input", PHOTO, "--alpha", ALPHA,
+                            "--json", "-o", page)
+        self.assertIn("2011-07-22_1830.exr has no true picture", outcome.err)
+        self.assertEqual([hour["name"] for hour in outcome.json["hours"]],
+                         ["2011-07-22 16:00", "2011-07-22 17:00"])
+        one = self.score(self.result)["result"]["psnr_low"]
+        self.assertAlmostEqual(outcome.json["mean"]["result"]["psnr_low"], one, places=6)
+        text = page.read_text()
+        for part in ('id="curve_psnr_low"', 'id="curve_level"', 'id="result_1"', 'id="truth_1"',
+                     'id="difference_1"', f"{one:.2f}", ">monge_kantorovich<", ">16:00<"):
+            self.assertIn(part, text)
+        self.assertNotRegex(text, r"(src|href)=.?https?:")
+        self.done("evaluate", results, truths, "--input", PHOTO, "--alpha", ALPHA, "-o", page)
+        self.assertEqual(page.read_text(), text)
+
+    def test_folders_that_do_not_match(self):
+        results, truths = self.hours()
+        other = self.folder / "other"
+        other.mkdir()
+        shutil.copy(TRUTH, other / "view_00_1200.exr")
+        self.refused("evaluate", results, other, names=["view_00_1200.exr", "_1730"])
+        shutil.copy(TRUTH, truths / "view_04_1700.exr")
+        self.refused("evaluate", results, truths,
+                     names=["view_00_1700.exr", "view_04_1700.exr", "one view"])
+        self.refused("evaluate", results, TRUTH, names=["is a folder", "two folders"])
+        self.refused("evaluate", results, truths, "--difference", self.folder / "d.png",
+                     names=["--difference", "-o"], code=2)
+        empty = self.folder / "empty"
+        empty.mkdir()
+        self.refused("evaluate", empty, truths, names=["no picture", "empty"])
 
     def test_pictures_that_do_not_fit(self):
         tiny = self.folder / "tiny.png"

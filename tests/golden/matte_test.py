@@ -135,6 +135,14 @@ class OnePhoto(RelightCase):
         self.refused("matte", PHOTO, "--trimap", self.folder / "t.png", "-o",
                      self.folder / "t.png", names=["t.png", "is an input"])
 
+    def test_names_say_what_is_written(self):
+        for words in (("-o", "m.jpg"), ("-o", "m.png", "--foreground", "f.png"),
+                      ("-o", "m.png", "--save-trimap", "t.exr"),
+                      ("-o", "m.png", "--save-trimap", "m.png")):
+            words = [w if w[0] == "-" else self.folder / w for w in words]
+            self.refused("matte", PHOTO, *words, code=2, names=[words[-1].name])
+            self.assertEqual(list(self.folder.iterdir()), [])
+
     def test_strokes_of_another_size_and_without_strokes(self):
         small = write_png(self.folder / "small.png", 20, 20, 3, lambda x, y: (255,) * 3)
         self.refused("matte", PHOTO, "--scribbles", small,
@@ -247,6 +255,12 @@ class OddFiles(RelightCase):
         known = self.trimaps("known.png", lambda x, y: (255 if x < 30 else 0,))
         self.done("matte", photo, "--trimap", known, "-o", self.folder / "m.png")
         self.assertEqual(set(Png(self.folder / "m.png").samples), {0, 65535})
+        for name, levels, said in (("known.png", (0, 255), "no unknown"),
+                                   ("all.png", (255, 255), "no background"),
+                                   ("none.png", (0, 0), "no foreground")):
+            known = self.trimaps(name, lambda x, y: (levels[x < 30],))
+            done = self.done("matte", photo, "--trimap", known, "-o", self.folder / "m.png")
+            self.assertIn(said, done.err)
 
     def test_pixels_that_are_no_numbers(self):
         if shutil.which("oiiotool") is None:

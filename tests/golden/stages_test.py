@@ -22,8 +22,9 @@ class Stages(RelightCase):
 
     def test_all_of_them_at_first(self):
         capture = small_capture(self.folder / "new")
-        stages = self.done(capture, "--to", "17:00", "--json").json["stages"]
-        self.assertEqual(stages, ["mattes", "volume", "light", "relight"])
+        done = self.done(capture, "--to", "17:00", "--json")
+        self.assertEqual(done.json["stages"], ["mattes", "volume", "light", "relight"])
+        self.assertIn("from 3 views only", done.err)
 
     def test_none_again(self):
         before = {n: (self.capture / n).stat().st_mtime_ns for n in self.made()}

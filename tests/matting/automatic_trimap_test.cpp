@@ -96,6 +96,7 @@ TEST(AutomaticTrimap, FindsATreeBeforeTheSky) {
   EXPECT_GT(result.confidence, 0.8);
   EXPECT_TRUE(result.doubts.empty());
   EXPECT_FALSE(result.models.Empty());
+  EXPECT_TRUE(IsBeforeSky(photo.display, result.trimap));
   // Open sky, the hole in the crown and the lawn are background, the trunk is tree
   EXPECT_EQ(result.trimap(10, 10), kTrimapBackground);
   EXPECT_EQ(result.trimap(200, 20), kTrimapBackground);
@@ -184,6 +185,7 @@ TEST(AutomaticTrimap, WithoutSkyAllIsUnknownUntilAStroke) {
   const AutomaticTrimap stroked = EstimateTrimap(display, strokes);
   EXPECT_EQ(stroked.trimap(150, 60), kTrimapForeground);
   EXPECT_EQ(stroked.trimap(150, 180), kTrimapBackground);
+  EXPECT_FALSE(IsBeforeSky(display, stroked.trimap));
 }
 
 TEST(AutomaticTrimap, TakesPicturesOfAnySize) {

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace relight {
 namespace {
 
@@ -50,6 +52,25 @@ TEST(ColorPrior, PrefersPureColoursToMixturesThatExplainAsWell) {
   EXPECT_GT(pure.alpha(20, 30), 0.95f);
   EXPECT_LT(any.alpha(20, 30), pure.alpha(20, 30) - 0.1f);
   EXPECT_LT(any.confidence(20, 30), pure.confidence(20, 30));
+}
+
+TEST(ColorPrior, KnowsSunlitLeavesFromShadedOnesBeforeTheSky) {
+  Crown crown;
+  for (int i = 0; i <= 5; ++i) {  // Three times as bright as any leaf that is known
+    const float a = 0.5f + 0.1f * static_cast<float>(i);
+    crown.image(20, 22 + i) = 3 * a * kLeaf + (1 - a) * kSky;
+  }
+  const ColorPrior dark = EstimateColorPrior(crown.image, crown.trimap);
+  const ColorPrior tree = EstimateColorPrior(crown.image, crown.trimap, {.brightest = 4});
+  double dark_error = 0, tree_error = 0;
+  for (int i = 0; i <= 5; ++i) {
+    const float a = 0.5f + 0.1f * static_cast<float>(i);
+    dark_error += std::abs(dark.alpha(20, 22 + i) - a);
+    tree_error += std::abs(tree.alpha(20, 22 + i) - a);
+    // Between 2 and 4 times: the nearest factors pull to either side
+    EXPECT_NEAR(tree.alpha(20, 22 + i), a, 0.12) << i;
+  }
+  EXPECT_LT(tree_error, 0.5 * dark_error);
 }
 
 TEST(ColorPrior, IsNotSureOfColoursItHasNotSeen) {

@@ -110,7 +110,7 @@ TEST(RelightingScore, TheRingComparesPremultipliedColours) {
   pictures.result.alpha = pictures.result.alpha * 2.0;
   const RelightingScore score = ScoreRelighting(pictures);
   EXPECT_NEAR(*score.result.ring, 20.0 * std::log10(0.8 / (0.25 * 0.8)), 1e-5);
-  EXPECT_GT(*score.nothing.ring, 120.0);  // Takes the matte's coverage
+  EXPECT_GT(*score.nothing->ring, 120.0);  // Takes the matte's coverage
 
   pictures.result.alpha.release();  // None of its own: the matte's
   EXPECT_GT(*ScoreRelighting(pictures).result.ring, 120.0);
@@ -136,15 +136,15 @@ TEST(RelightingScore, NothingIsTheSourceAndHistogramHasTheTruthsValues) {
   const cv::Mat3f truth = RandomColor({kSide, kSide}, 1);
   const cv::Mat3f source = RandomColor({kSide, kSide}, 2) * 3.0;
   const RelightingScore score = ScoreRelighting(Pictures(source, truth, source));
-  EXPECT_EQ(score.nothing.psnr, score.result.psnr);
-  EXPECT_EQ(score.nothing.ssim, score.result.ssim);
-  EXPECT_NEAR(score.histogram.level, 1.0, kFloat);  // The same values in another order
-  EXPECT_GT(std::abs(score.nothing.level - 1.0), 1.0);
+  EXPECT_EQ(score.nothing->psnr, score.result.psnr);
+  EXPECT_EQ(score.nothing->ssim, score.result.ssim);
+  EXPECT_NEAR(score.histogram->level, 1.0, kFloat);  // The same values in another order
+  EXPECT_GT(std::abs(score.nothing->level - 1.0), 1.0);
 
   // A source whose order is the truth's, channel by channel, becomes the truth
   cv::Mat3f cubed = truth.clone();
   for (cv::Vec3f& pixel : cubed) pixel = pixel.mul(pixel).mul(pixel);
-  EXPECT_GT(ScoreRelighting(Pictures(truth, truth, cubed)).histogram.psnr, 150.0);
+  EXPECT_GT(ScoreRelighting(Pictures(truth, truth, cubed)).histogram->psnr, 150.0);
 }
 
 TEST(RelightingScore, TheScaleDividesTheResultOnly) {
@@ -152,7 +152,7 @@ TEST(RelightingScore, TheScaleDividesTheResultOnly) {
   const RelightingScore score =
       ScoreRelighting(Pictures(truth * 4.0, truth, truth * 4.0), {.scale = 4.0});
   EXPECT_NEAR(score.result.level, 1.0, kFloat);
-  EXPECT_NEAR(score.nothing.level, 4.0, kFloat);
+  EXPECT_NEAR(score.nothing->level, 4.0, kFloat);
 }
 
 TEST(RelightingScore, OnlyTheInsideCounts) {
@@ -169,6 +169,32 @@ TEST(RelightingScore, OnlyTheInsideCounts) {
   EXPECT_EQ(after.pixels, cv::countNonZero(pictures.matte > 0.5f));
 }
 
+TEST(RelightingScore, WithoutMatteTheTruthsAlphaDecidesAndWithoutAlphaTheMatte) {
+  const cv::Mat3f truth = RandomColor({kSide, kSide}, 1);
+  const cv::Mat3f result = RandomColor({kSide, kSide}, 2);
+  const RelightingPictures both = Pictures(result, truth, truth);
+  const RelightingScore score = ScoreRelighting(both);
+  RelightingPictures one = both;
+  one.matte.release();
+  EXPECT_EQ(ScoreRelighting(one).result.psnr_low, score.result.psnr_low);
+  EXPECT_EQ(ScoreRelighting(one).result.ring, score.result.ring);
+  one = both;
+  one.truth.alpha.release();
+  EXPECT_EQ(ScoreRelighting(one).result.psnr_low, score.result.psnr_low);
+  EXPECT_FALSE(
+      ScoreRelighting(one).result.ring.has_value());  // What is the tree's there?
+}
+
+TEST(RelightingScore, WithoutASourceThereIsNoRowOfIt) {
+  const cv::Mat3f truth = RandomColor({kSide, kSide}, 1);
+  RelightingPictures pictures = Pictures(truth, truth, truth);
+  EXPECT_TRUE(ScoreRelighting(pictures).monge_kantorovich.has_value());
+  pictures.source.color.release();
+  const RelightingScore score = ScoreRelighting(pictures);
+  EXPECT_FALSE(score.nothing || score.histogram || score.reinhard);
+  EXPECT_FALSE(score.monge_kantorovich.has_value());
+}
+
 TEST(RelightingScore, SaysWhatCannotBeScored) {
   const cv::Mat3f truth = RandomColor({kSide, kSide}, 1);
   const RelightingPictures good = Pictures(truth, truth, truth);
@@ -177,6 +203,9 @@ TEST(RelightingScore, SaysWhatCannotBeScored) {
   EXPECT_THROW(ScoreRelighting(bad), InputError);
   bad = good;
   bad.truth.alpha.release();
+  bad.matte.release();  // Nothing says where the tree is
+  EXPECT_THROW(ScoreRelighting(bad), InputError);
+  bad.truth.alpha = cv::Mat1f(kSide, kSide, 1.0f);  // Opaque all over
   EXPECT_THROW(ScoreRelighting(bad), InputError);
   bad = good;
   bad.matte = cv::Mat1f(kSide, kSide, 0.0f);
