@@ -2,6 +2,7 @@
 #include "cli/view_options.h"
 
 #include "cli/flags.h"
+#include "relight/capture/transport_options.h"
 
 namespace relight::cli {
 
@@ -47,6 +48,7 @@ void AddViewOptions(CLI::App& app, ViewRequest& r) {
 
 void AddModelOptions(CLI::App& app, ViewRequest& r) {
   AddFlags(app, LightOptions(), "Light", r.options);
+  AddFlags(app, OurTransport(), "Light", r.options);
   AddFlags(app, CorrectionOptions(), "Light", r.options);
   AddFlags(app, ReadPhotoOptions(), "Photo", r.options);
   AddFlags(app, MatteOptions(), "Matte", r.options);

@@ -46,6 +46,7 @@ RelitView::RelitView(const PreparedView& view,
       input_(input),
       input_luminance_(MeanLuminance(view.cut.foreground, view.cut.alpha)) {
   static_cast<void>(DaylightOf(options.light));
+  static_cast<void>(TransportOf(options.light.method, options.transport));
 }
 
 Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
@@ -62,7 +63,7 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
                          tree.occupied,
                          tree.sky_transmittance,
                          DaylightUnder(sun),
-                         ours ? options_.transport : ArrivingLightOptions{});
+                         TransportOf(options_.light.method, options_.transport));
   };
   RelitTree relit;
   if (!input_light_) input_light_ = arriving(input_);

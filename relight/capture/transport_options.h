@@ -2,14 +2,31 @@
 #pragma once
 
 // How light reaches the leaves in the default method, where it departs from [Cabral11];
-// `cabral2011` has ArrivingLightOptions{}. What each is worth: docs/validation.md.
+// `cabral2011` has ArrivingLightOptions{}. What each is worth: docs/decisions/0008.
 
+#include "relight/base/error.h"
+#include "relight/capture/light_options.h"
 #include "relight/scattering/arriving_light.h"
 
 namespace relight {
 
 inline ArrivingLightOptions OurTransport() {
   return {.sun_directions = 16, .own_shade = 0};
+}
+
+// Throws OptionError for an option that cabral2011 does not have.
+inline ArrivingLightOptions TransportOf(Method method,
+                                        const ArrivingLightOptions& options) {
+  CheckFields(options);
+  if (method != Method::kCabral2011) return options;
+  const ArrivingLightOptions ours = OurTransport();
+  if (options.sun_directions != ours.sun_directions ||
+      options.own_shade != ours.own_shade) {
+    throw OptionError(
+        "cabral2011 has the sun's centre alone and a voxel's full own shade; leave "
+        "--sun-directions and --own-shade out, or the method");
+  }
+  return {};
 }
 
 }  // namespace relight

@@ -353,12 +353,15 @@ int Run(const std::vector<fs::path>& folders) {
           true);
       fmt::print(
           "  a new hour at {} x {}, {} pixels with volume: sky {:.1f} ms, sun "
-          "{:.1f} ms; reading {:.1f} MB of coefficients {:.2f} ms\n",
+          "{:.1f} ms ({:.1f} and {:.1f} CPU ms); reading {:.1f} MB of coefficients "
+          "{:.2f} ms\n",
           view.camera.width_px,
           view.camera.height_px,
           transport.pixel.size(),
           1e3 * sky_cost.wall_s,
           1e3 * sun_cost.wall_s,
+          1e3 * sky_cost.cpu_s,
+          1e3 * sun_cost.cpu_s,
           2e-6 * static_cast<double>(transport.sky.size()),
           1e3 * read_cost.wall_s);
       // What is kept of a voxel: coefficients, the sun's transmittance, its place
