@@ -114,6 +114,7 @@ OpacityEstimate EstimateOpacity(std::span<const MatteView> views,
                                           {.cells = options.cells,
                                            .passes = summary.iterations,
                                            .smoothness = options.smoothness,
+                                           .leaf_spread = options.leaf_spread,
                                            .kth_smallest = options.kth_smallest},
                                           progress);
     grid = std::move(found.grid);

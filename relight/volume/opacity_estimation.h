@@ -30,6 +30,7 @@ struct OpacityOptions {
   int cells = 100;                     // Along the box's longest side.
   std::optional<int> iterations = {};  // Left out: 16, or 8 of reche2004.
   double smoothness = 1.0;             // Tomography only.
+  double leaf_spread = 0.0;            // Tomography only: c of (V3).
   double alpha_max = 0.995;            // Reche2004 only, as is
   double cutoff = 0.94;                // this (projected_opacity.h).
   int kth_smallest = 1;                // k - 1 bad mattes may call tree empty.
@@ -56,6 +57,12 @@ void Describe(OpacityOptions& o, Visitor&& field) {
                   "weight of the prior, over that which the mattes' noise asks for; "
                   "tomography",
                   Between(0, 100)});
+  field(o.leaf_spread,
+        FieldInfo{"leaf-spread",
+                  "",
+                  "c: mattes weigh 1 / (alpha (1 - alpha) + c), for half-open crowns "
+                  "spread most; 0: all alike; tomography",
+                  Between(0, 10)});
   field(o.alpha_max,
         FieldInfo{"alpha-max",
                   "",

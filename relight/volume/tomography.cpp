@@ -26,13 +26,13 @@ constexpr float kShare = 0.02f;        // delta of the surrogate: lets empty vox
 struct MatteRay {
   float column, row;  // [px] of the view's reduced camera.
   float alpha;
+  float weight;      // a_v q_p of (V3).
   float length = 0;  // In voxels that may hold tree, in their edges.
 };
 
 struct RayView {
   Camera camera;
   Eigen::Vector3d eye;
-  float area = 1;  // a_v.
   double weight = 1;
   std::vector<MatteRay> rays;  // Those that meet such a voxel.
 
@@ -44,7 +44,8 @@ struct RayView {
 // The matte averaged over squares of kRayPitch voxels, or as it is where it is coarser.
 RayView RaysOf(const MatteView& view,
                const BrickVoxels& voxels,
-               const std::vector<std::uint8_t>& may_hold_tree) {
+               const std::vector<std::uint8_t>& may_hold_tree,
+               double leaf_spread) {
   const Eigen::Vector3d middle =
       voxels.origin_m + voxels.cell_m / 2 * voxels.cells.cast<double>();
   const double distance_m = (middle - view.camera.PositionInWorld()).norm();
@@ -60,7 +61,11 @@ RayView RaysOf(const MatteView& view,
   result.eye = result.camera.PositionInWorld();
   const Eigen::Vector2d edge =
       distance_m / voxels.cell_m / result.camera.focal_px.array();
-  result.area = static_cast<float>(edge.prod());
+  const auto area = static_cast<float>(edge.prod());
+  const auto weight_of = [&, c = static_cast<float>(leaf_spread)](float a) {
+    constexpr float kUsualSpread = 0.12f;  // Of a crown: the prior keeps its weight
+    return c > 0 ? area * (kUsualSpread + c) / (a * (1 - a) + c) : area;
+  };
 
   std::vector<std::vector<MatteRay>> of_row(static_cast<std::size_t>(size.height));
   ParallelRanges(size.height, 4, [&](int begin, int end) {
@@ -68,7 +73,8 @@ RayView RaysOf(const MatteView& view,
       for (int column = 0; column < size.width; ++column) {
         MatteRay ray{static_cast<float>(column) + 0.5f,
                      static_cast<float>(row) + 0.5f,
-                     alpha(row, column)};
+                     alpha(row, column),
+                     weight_of(alpha(row, column))};
         TraverseBricks(voxels, result.At(ray), [&](std::size_t at, float length) {
           if (may_hold_tree[at] != 0) ray.length += length;
         });
@@ -92,7 +98,7 @@ struct Level {
 };
 
 struct Fit {
-  double sum = 0;      // w_v a_v e^2 over all rays.
+  double sum = 0;      // w_v a_v q_p e^2 over all rays.
   double squares = 0;  // e^2 over the rays where there is tree,
   double rays = 0;     // and how many these are.
   std::uint64_t crossings = 0;
@@ -139,7 +145,7 @@ std::vector<PerVoxel> BackProject(const Level& level,
         fit.crossings += crossed.size();
         const float transmittance = std::exp(-sum);
         const float error = 1 - transmittance - ray.alpha;
-        fit.sum += view.weight * view.area * error * error;
+        fit.sum += view.weight * ray.weight * error * error;
         if (ray.alpha > 0.02f || transmittance < 0.98f) {
           fit.squares += error * error;
           fit.rays += 1;
@@ -187,7 +193,7 @@ std::vector<PerVoxel> BackProject(const Level& level,
 // the voxel's share s + kShare: a step falls on voxels by what they hold, a choice of the
 // weights of separable surrogates [Erdogan99].
 PerVoxel DataSurrogate(const RayView& view, const MatteRay& ray, float transmittance) {
-  const float scale = 2 * static_cast<float>(view.weight) * view.area;
+  const float scale = 2 * static_cast<float>(view.weight) * ray.weight;
   const float shares = -std::log(std::max(transmittance, 1e-6f)) + kShare * ray.length;
   return {scale * (1 - transmittance - ray.alpha) * transmittance,
           scale * shares * std::max(transmittance * transmittance, 0.01f)};
@@ -256,7 +262,7 @@ double AddPrior(const BrickVoxels& voxels,
 // far from what the coarser resolution holds; its values, interpolated, are the start.
 Level MakeLevel(const ExtinctionGrid& frame,
                 std::span<const MatteView> views,
-                int kth_smallest,
+                const TomographyOptions& options,
                 const Level* coarser,
                 const Progress& progress) {
   constexpr int kSlab = 32;  // Whole bricks; bounds what footprints take of memory
@@ -289,7 +295,7 @@ Level MakeLevel(const ExtinctionGrid& frame,
     const std::vector<float> footprint =
         FootprintOpacity(slab,
                          views,
-                         kth_smallest,
+                         options.kth_smallest,
                          progress.Part(1.0 * z0 / frame.cells.z(),
                                        (z0 + 1.0 * slab.cells.z()) / frame.cells.z()));
     std::size_t index = 0;
@@ -321,7 +327,8 @@ Level MakeLevel(const ExtinctionGrid& frame,
     }
   }
   for (const MatteView& view : views)
-    level.views.push_back(RaysOf(view, level.voxels, level.may_hold_tree));
+    level.views.push_back(
+        RaysOf(view, level.voxels, level.may_hold_tree, options.leaf_spread));
   return level;
 }
 
@@ -441,8 +448,8 @@ Tomography EstimateTomography(std::span<const MatteView> views,
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Progress part = progress.Part(ends[i] / ends.back(), ends[i + 1] / ends.back());
     const ExtinctionGrid frame = EmptyGrid(bounds_in_world, cells[i]);
-    Level next = MakeLevel(
-        frame, views, options.kth_smallest, i == 0 ? nullptr : &level, part.Part(0, 0.1));
+    Level next =
+        MakeLevel(frame, views, options, i == 0 ? nullptr : &level, part.Part(0, 0.1));
     level = std::move(next);
     if (level.depth.empty()) {
       throw InputError(

@@ -5,7 +5,7 @@
 // themselves. With s_i = sigma_i cell_m the optical depth of a voxel along its edge and
 // l_pi the exact length of ray p in it, in edges:
 //
-//   minimise  sum_v w_v sum_p a_v (1 - exp(-sum_i l_pi s_i) - alpha_p)^2
+//   minimise  sum_v w_v sum_p a_v q_p (1 - exp(-sum_i l_pi s_i) - alpha_p)^2
 //             + smoothness kappa r^2 TV(s),   s >= 0                       (V3)
 //   TV(s) = sum_i sqrt(|grad s|_i^2 + epsilon^2)      forward differences
 //
@@ -14,8 +14,10 @@
 // residual where there is tree, so that the weight of the prior follows the noise of
 // mattes and cameras (the maximum a posteriori of a fixed prior). w_v takes a matte back
 // that does not fit the others. A matte of 1 is one-sided: beyond saturation its gradient
-// vanishes. Voxels that no ray reaches, for all is opaque before them, hold what the
-// prior continues from their surroundings.
+// vanishes. Leaves at random spread alpha by alpha (1 - alpha) over a footprint: with c
+// above 0, q_p = (0.12 + c) / (alpha_p (1 - alpha_p) + c), else 1. Voxels that no ray
+// reaches, for all is opaque before them, hold what the prior continues from their
+// surroundings.
 //
 // Solved coarse to fine: at each resolution by projected gradient steps with separable
 // quadratic surrogates [Erdogan99] and Nesterov's momentum, restarted where it leads
@@ -33,10 +35,11 @@
 namespace relight {
 
 struct TomographyOptions {
-  int cells = 100;          // Along the box's longest side.
-  int passes = 16;          // At the finest resolution; twice as many at coarser ones.
-  double smoothness = 1.0;  // Of the prior's weight.
-  int kth_smallest = 1;     // What the k-th smallest footprint calls empty stays so.
+  int cells = 100;           // Along the box's longest side.
+  int passes = 16;           // At the finest resolution; twice as many at coarser ones.
+  double smoothness = 1.0;   // Of the prior's weight.
+  double leaf_spread = 0.0;  // c of q_p.
+  int kth_smallest = 1;      // What the k-th smallest footprint calls empty stays so.
 };
 
 struct ViewWeight {

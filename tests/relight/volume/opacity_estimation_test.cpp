@@ -240,6 +240,7 @@ TEST(OpacityEstimation, SaysWhatIsWrong) {
   };
   EXPECT_THROW(estimate({.cells = 7}), OptionError);
   EXPECT_THROW(estimate({.smoothness = -1.0}), OptionError);
+  EXPECT_THROW(estimate({.leaf_spread = -1.0}), OptionError);
   EXPECT_THROW(estimate({.iterations = 0}), OptionError);
   EXPECT_THROW(estimate({.alpha_max = 1.0}), OptionError);
   EXPECT_THROW(estimate({.cutoff = 1.1}), OptionError);
