@@ -32,7 +32,7 @@ constexpr const char* kHourMark = "r=\"3\" fill=\"#d60\"";
 
 TEST(SunPath, HasADotForEachHourOfTheDay) {
   EXPECT_EQ(Count(PathAt(50, 6), kHourMark),
-            16);                                  // 4 to 20 h less the hours just outside
+            17);                                  // 4 to 20 h
   EXPECT_EQ(Count(PathAt(0, 3), kHourMark), 12);  // 7 to 18 h by UTC, 7 minutes late
 }
 
