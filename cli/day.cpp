@@ -50,6 +50,7 @@ int RunVerb(const DayRequest& request, bool json, const ConsoleOptions& console)
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   fmt::print("{}\n",
              nlohmann::json({{"folder", plan.folder.string()},
+                             {"sky", SkiesJson(result.light, plan.view.options.light)},
                              {"view", plan.view.name},
                              {"heading_deg", plan.view.heading_deg},
                              {"files", files},

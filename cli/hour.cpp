@@ -44,6 +44,7 @@ int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console
                              {"heading_deg", plan.view.heading_deg},
                              {"input", LightJson(plan.view.input)},
                              {"target", LightJson(plan.target)},
+                             {"sky", SkiesJson(result.light, plan.view.options.light)},
                              {"stages", stages},
                              {"mean_ratio", result.mean_ratio},
                              {"weak_share", result.weak_share},

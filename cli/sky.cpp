@@ -3,17 +3,20 @@
 #include "cli/verbs.h"
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
+#include "relight/base/write_file.h"
 #include "relight/capture/light_options.h"
 #include "relight/photo/capture_time.h"
 #include "relight/photo/image_file.h"
 #include "relight/sh/sky_coefficients.h"
 #include "relight/sky/daylight.h"
 #include "relight/sky/solar_position.h"
+#include "relight/sky/sun_path.h"
 #include "relight/sky/sun_times.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -25,7 +28,7 @@ namespace {
 struct SkyRequest {
   std::string place, taken;
   std::optional<std::string> zone;
-  std::optional<std::filesystem::path> panorama;
+  std::optional<std::filesystem::path> panorama, sun_path;
   bool json = false;
   std::map<std::string, std::string> options;
 };
@@ -70,7 +73,7 @@ int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
   const auto clock = [&](const std::optional<Instant>& at) {
     return at ? FormatLocal({*at, time.offset}).substr(11, 5) : std::string("none");
   };
-  const bool up = sun.elevation_rad > 0;
+  const bool up = DegFromRad(sun.elevation_rad) > LowestTargetSun(light);
   nlohmann::json json = {
       {"time", FormatLocal(time)},
       {"place", {place.latitude_deg, place.longitude_deg, place.altitude_m}},
@@ -80,11 +83,13 @@ int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
       {"noon", clock(times.noon)},
       {"sunset", clock(times.sunset)}};
   if (up) {
-    const Daylight daylight = MakeDaylight(sun, DaylightOf(light));
+    const RunLight run = LightOfRun(light, sun.elevation_rad);
+    const Daylight daylight = MakeDaylight(sun, run.target);
+    json["sky"] = SkyInWords(run.target);
     json["method"] = FieldText(light.method);
     json["sun_normal_lx_rgb"] = Values(daylight.sun_irradiance);
     json["sun_horizontal_lx_rgb"] =
-        Values(daylight.sun_irradiance * std::sin(sun.elevation_rad));
+        Values(daylight.sun_irradiance * std::max(0.0, daylight.sun_direction.z()));
     json["sky_horizontal_lx_rgb"] = Values(HorizontalSkyIrradiance(daylight));
     if (request.panorama) {
       WriteLinear(
@@ -95,6 +100,18 @@ int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
     throw InputError("the sun is below the horizon at " + FormatLocal(time) +
                      ", where the sky model ends; it is up from " + clock(times.sunrise) +
                      " to " + clock(times.sunset));
+  }
+  if (request.sun_path) {
+    if (request.sun_path->extension() != ".svg") {
+      throw OptionError(request.sun_path->string() + ": the diagram is written as .svg");
+    }
+    WriteTextWhole(*request.sun_path,
+                   SunPathSvg(place,
+                              std::chrono::year_month_day(
+                                  std::chrono::sys_days(day.time_since_epoch())),
+                              time.offset,
+                              sun));
+    Say(console, request.sun_path->string() + ": the sun's way, north up");
   }
   if (request.json) {
     fmt::print("{}\n", json.dump(1));
@@ -123,6 +140,7 @@ int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
                values[1],
                values[2]);
   };
+  fmt::print("sky           {}\n", json["sky"].get<std::string>());
   row("sun, facing", "sun_normal_lx_rgb");
   row("sun, ground", "sun_horizontal_lx_rgb");
   row("sky, ground", "sky_horizontal_lx_rgb");
@@ -147,6 +165,9 @@ Verb AddSky(CLI::App& program, const ConsoleOptions& console) {
   app->add_option(
          "-o,--output", request->panorama, "write the sky as a lat-long .exr [cd/m2]")
       ->type_name("FILE.exr");
+  app->add_option(
+         "--sun-path", request->sun_path, "write the sun's way of the day as a diagram")
+      ->type_name("FILE.svg");
   app->add_flag("--json", request->json, "print as JSON");
   AddFlags(*app, LightOptions(), "Light", request->options);
   return {app, [request, &console] { return RunVerb(*request, console); }};

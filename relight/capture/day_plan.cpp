@@ -165,7 +165,9 @@ void AddDate(year_month_day date, DayPlan& plan) {
                         frame.light.sun.elevation_rad);
     frame.name = NameOf(moment);
     std::vector<DayFrame>& frames =
-        frame.light.sun.elevation_rad > 0 ? plan.frames : plan.left_out;
+        DegFromRad(frame.light.sun.elevation_rad) > LowestTargetSun(view.options.light)
+            ? plan.frames
+            : plan.left_out;
     // 24:00 is 0:00 of the next date; an hour that clocks show twice has two frames
     const auto recent =
         static_cast<std::ptrdiff_t>(std::min<std::size_t>(frames.size(), 24 * 60));

@@ -166,7 +166,11 @@ HourLight PlanTarget(const HourRequest& request,
     }
     target.sun = SolarPositionAt(target.time->utc, place);
   }
-  RequireSunUp(target, "wanted", place, "choose an hour of daylight with --to");
+  RequireSunUp(target,
+               "wanted",
+               place,
+               LowestTargetSun(view.options.light),
+               "choose an hour of daylight with --to");
   target.words = LightInFewWords(target.sun.azimuth_rad - RadFromDeg(view.heading_deg),
                                  target.sun.elevation_rad);
   return target;

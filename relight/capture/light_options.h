@@ -10,12 +10,13 @@
 #include "relight/sky/daylight.h"
 
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace relight {
 
 enum class Method {
-  kDefault,     // Ours: Preetham's sky and sun at turbidity 3, light blurred by half a
-                // voxel.
+  kDefault,     // Ours: turbidity by the photos' sky, light blurred by half a voxel.
   kCabral2011,  // The paper as a whole, the baseline (docs/method.md).
 };
 inline constexpr EnumWord<Method> kMethodWords[] = {{"default", Method::kDefault},
@@ -28,7 +29,10 @@ inline std::span<const EnumWord<Tone>> EnumWords(Tone) { return kToneWords; }
 
 struct LightOptions {
   Method method = Method::kDefault;
-  std::optional<double> turbidity;  // Left out: 3 by default, 4.2 in cabral2011.
+  std::string sky = "auto";         // As ParseSky reads it; of the wanted hour.
+  std::string input_sky;            // Of the photo; left out: see InputSkyOf.
+  double cloud = 0.0;               // Share of the wanted hour's sky; clear skies only.
+  std::optional<double> turbidity;  // Left out: by the photos' sky, else 3.
   bool sunset_correction = false;   // [Cabral11 §7.1]'s exponents; cabral2011 only.
 };
 
@@ -36,10 +40,19 @@ template <class Visitor>
 void Describe(LightOptions& o, Visitor&& field) {
   field(o.method,
         FieldInfo{"method", "", "how light is modelled: default or cabral2011"});
+  field(o.sky,
+        FieldInfo{
+            "sky", "", "wanted: auto, preetham, atmosphere, overcast, cie:1 to cie:15"});
+  field(o.input_sky,
+        FieldInfo{"input-sky",
+                  "",
+                  "of the photo; left out, as --sky if that is clear, else auto"});
+  field(o.cloud,
+        FieldInfo{"cloud", "", "share of the wanted sky under clouds", Between(0, 1)});
   field(o.turbidity,
         FieldInfo{"turbidity",
                   "",
-                  "haze of the air: 2 clear, 3 usual, 6 hazy; default method",
+                  "haze of the air: 2 clear, 6 hazy; left out, by the photos",
                   Between(1.7, 10)});
   field(
       o.sunset_correction,
@@ -47,21 +60,34 @@ void Describe(LightOptions& o, Visitor&& field) {
           "sunset-correction", "", "a low sun fades faster [Cabral11, 7.1]; cabral2011"});
 }
 
-// Throws OptionError for what does not go together (a turbidity with cabral2011).
-inline DaylightOptions DaylightOf(const LightOptions& options) {
-  CheckFields(options);
-  if (options.method == Method::kCabral2011 && options.turbidity &&
-      *options.turbidity != 4.2) {
-    throw OptionError(
-        "cabral2011 has turbidity 4.2; leave --turbidity out, or the method");
-  }
-  if (options.method != Method::kCabral2011 && options.sunset_correction) {
-    throw OptionError("sunset-correction belongs to --method cabral2011");
-  }
-  return {.model = options.method == Method::kCabral2011 ? SkyModel::kCabral2011
-                                                         : SkyModel::kPreetham,
-          .turbidity = options.turbidity,
-          .sunset_correction = options.sunset_correction};
-}
+// A sky by its word. `model` unset: auto.
+struct SkyChoice {
+  std::optional<SkyModel> model;
+  int cie_type = kCieOvercast;
+  bool IsClear() const { return model != SkyModel::kCie; }
+};
+
+// Throws OptionError that names the `option` and what it may be.
+SkyChoice ParseSky(const std::string& text, const char* option);
+
+// A run's light, sky by sky. Where both are auto, or auto and a clear one, they are one
+// model.
+struct RunLight {
+  DaylightOptions input, target;
+  bool one_sky = true;             // They are the same: a same hour changes nothing.
+  std::vector<std::string> notes;  // What was chosen, and what a user should know of it.
+};
+
+// `lowest_sun_rad` of the input and all targets: at 0 or below `auto` is atmosphere,
+// else preetham. Throws OptionError for what does not go together (a turbidity or a sky
+// with cabral2011, clouds over an overcast sky).
+RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad);
+
+// "preetham", "cie:3", "atmosphere under 0.4 of clouds".
+std::string SkyInWords(const DaylightOptions& sky);
+
+// The elevation [deg] that the sun must be above at the photo's and at a wanted hour.
+double LowestInputSun(const LightOptions& options);
+double LowestTargetSun(const LightOptions& options);
 
 }  // namespace relight

@@ -6,6 +6,7 @@
 #include "relight/cameras/level_camera.h"
 #include "relight/cameras/photo_orientation.h"
 #include "relight/capture/one_photo_camera.h"
+#include "relight/capture/sky_in_photo.h"
 #include "relight/composite/ground_shadow.h"
 #include "relight/photo/color.h"
 #include "relight/photo/read_photo.h"
@@ -222,6 +223,11 @@ CutOut CutOutAlone(const ViewPlan& plan,
   return cut;
 }
 
+// The model of the light has a turbidity, and the user leaves it to the photos.
+bool AirIsAsked(const ViewPlan& plan) {
+  return plan.options.light.method == Method::kDefault && !plan.options.light.turbidity;
+}
+
 using Begin = std::function<Progress(const std::string& stage)>;
 
 // The stage that follows those of every view.
@@ -340,6 +346,7 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
     view.cut = CutOutOf(capture, entry, view.photo, records, options.photo, reading);
   }
   view.camera = CameraFor(view.photo.pixels, cameras.at(plan.name), plan.PhotoFile());
+  if (AirIsAsked(plan)) view.air = TurbidityOfCapture(plan, cameras, records);
 }
 
 void PrepareAlone(const ViewPlan& plan, const Begin& begin, PreparedView& view) {
@@ -355,6 +362,31 @@ void PrepareAlone(const ViewPlan& plan, const Begin& begin, PreparedView& view) 
   view.tree.sky_transmittance = ProjectTransmittance(
       view.tree.grid, view.tree.occupied, plan.options.sky_transmittance, begin("light"));
   view.progress = BeginVerb(plan, begin);
+  if (AirIsAsked(plan)) {
+    std::vector<SkySample> samples;
+    if (view.photo.alpha.empty()) {
+      samples = SkySamples(view.photo.pixels,
+                           view.cut.alpha,
+                           view.camera,
+                           plan.input.sun.direction,
+                           /*photo=*/0);
+    }
+    view.air = TurbidityFromSky(samples);
+  }
+}
+
+std::string AirInWords(const TurbidityEstimate& air) {
+  std::ostringstream text;
+  text.precision(2);
+  if (air.sure) {
+    text << "turbidity " << air.turbidity << " by the sky of "
+         << (air.photos == 1 ? "the photo" : std::to_string(air.photos) + " photos")
+         << ", sure to " << std::ceil(100 * air.spread) << " %";
+  } else {
+    text << "the photos do not tell the haze of the air (" << air.doubt << "): turbidity "
+         << kUsualTurbidity << " is taken";
+  }
+  return text.str() + "; --turbidity T says better";
 }
 
 }  // namespace
@@ -373,6 +405,7 @@ PreparedView PrepareView(const ViewPlan& plan, const StageStart& start) {
     PrepareAlone(plan, begin, view);
   }
   view.notes.insert(view.notes.end(), view.photo.notes.begin(), view.photo.notes.end());
+  if (view.air) view.notes.push_back(AirInWords(*view.air));
   view.ground_fault = GroundFault(
       view.tree.grid, view.tree.occupied, view.camera, plan.options.shadow.ground_z_m);
   view.progress = view.progress.Part(0.3, 1);

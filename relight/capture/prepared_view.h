@@ -9,8 +9,10 @@
 #include "relight/capture/view_matte.h"
 #include "relight/capture/view_plan.h"
 #include "relight/photo/photo.h"
+#include "relight/sky/sky_turbidity.h"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,8 @@ struct PreparedView {
   Camera camera;  // Of the photo's size.
   Tree tree;
   std::string ground_fault;  // Why no shadow can be cast on the ground; mostly empty.
+  // What the sky of the photos says of the air; unset when nobody asks for it.
+  std::optional<TurbidityEstimate> air;
   std::vector<std::string> notes;
   Progress progress;  // What is left of the stage after the volume's light.
 };

@@ -48,8 +48,14 @@ std::string_view BytesOf(const cv::Mat& values) {
 }
 
 // All that a frame depends on besides its hour.
-std::string RunHash(const DayPlan& plan, const PreparedView& view, double exposure_ev) {
+std::string RunHash(const DayPlan& plan,
+                    const PreparedView& view,
+                    const RunLight& light,
+                    double exposure_ev) {
   std::string text = std::string(Version()) + "\n" + FieldsText(plan.view.options) + "\n";
+  for (const DaylightOptions& sky : {light.input, light.target}) {
+    text += SkyInWords(sky) + " " + FieldText(sky.turbidity) + "\n";
+  }
   const auto& sun = plan.view.input.sun;
   for (const double value : {sun.azimuth_rad, sun.elevation_rad, exposure_ev}) {
     text += FieldText(value) + "\n";
@@ -322,7 +328,14 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
         "the tree's shadow is moved on the ground around it, approximately: all below "
         "the horizon is taken as level ground");
   }
-  RelitView relit(view, plan.view.options, plan.view.input.sun);
+  double lowest_sun_rad = plan.view.input.sun.elevation_rad;
+  for (const DayFrame& frame : plan.frames) {
+    lowest_sun_rad = std::min(lowest_sun_rad, frame.light.sun.elevation_rad);
+  }
+  RelitView relit(view, plan.view.options, plan.view.input.sun, lowest_sun_rad);
+  result.light = relit.light();
+  result.notes.insert(
+      result.notes.end(), result.light.notes.begin(), result.light.notes.end());
   FrameMaker maker{plan, view, relit, {}};
   if (plan.request.over) {
     maker.backdrop = ReadBackdrop(
@@ -332,7 +345,7 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
   result.exposure_ev =
       ExposureOf(plan, relit, view.progress.Part(0, two_passes ? 0.3 : 0));
   maker.exposure_ev = result.exposure_ev;
-  TakeFolder(plan, RunHash(plan, view, result.exposure_ev));
+  TakeFolder(plan, RunHash(plan, view, result.light, result.exposure_ev));
 
   // Each frame is written while the next one is made
   const Progress making = view.progress.Part(two_passes ? 0.3 : 0, 1);
@@ -357,7 +370,8 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
         frame.light,
         {.whole = on_photo,
          .over = plan.request.over ? plan.request.over->filename().string() : "",
-         .exposure_ev = result.exposure_ev});
+         .exposure_ev = result.exposure_ev,
+         .light = result.light});
     if (writing.valid()) writing.get();
     writing =
         std::async(std::launch::async, [picture = std::move(picture), file, provenance] {

@@ -24,6 +24,7 @@ struct DayResult {
   int made = 0, kept = 0;  // Of these.
   std::filesystem::path sun_table, contact_sheet, page;
   std::optional<std::filesystem::path> video;  // Where ffmpeg is installed.
+  RunLight light;                              // Of photo and frames.
   double exposure_ev = 0.0;                    // Of all frames.
   std::vector<std::string> notes;              // What a user should know.
 };

@@ -107,7 +107,11 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   const PreparedView view = PrepareView(plan.view, start);
   result.notes = view.notes;
   const fs::path& photo_file = plan.view.PhotoFile();
-  RelitView relit(view, plan.view.options, plan.view.input.sun);
+  RelitView relit(
+      view, plan.view.options, plan.view.input.sun, plan.target.sun.elevation_rad);
+  result.light = relit.light();
+  result.notes.insert(
+      result.notes.end(), result.light.notes.begin(), result.light.notes.end());
   const RelitTree tree = relit.TreeUnder(
       plan.target.sun, view.progress.Part(0, 0.4), r.correction_features.has_value());
 
@@ -197,7 +201,8 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
                    {.whole = r.whole,
                     .keep_shadow = r.keep_shadow,
                     .over = r.over ? r.over->filename().string() : "",
-                    .exposure_ev = result.exposure_ev});
+                    .exposure_ev = result.exposure_ev,
+                    .light = result.light});
   if (r.shadow) {
     WritePhoto(*r.shadow, {.pixels = montage.shadow}, provenance, {.quality = r.quality});
     result.files.push_back(*r.shadow);

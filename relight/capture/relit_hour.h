@@ -5,6 +5,7 @@
 // stages that are not up to date, and writes.
 
 #include "relight/capture/hour_plan.h"
+#include "relight/capture/light_options.h"
 #include "relight/capture/prepared_view.h"
 #include "relight/photo/write_photo.h"
 
@@ -18,6 +19,7 @@ namespace relight {
 struct HourResult {
   std::vector<std::filesystem::path> files;
   std::vector<std::string> notes;  // What a user should know of the result.
+  RunLight light;                  // Of both hours.
   double mean_ratio = 0.0;         // Luminance, inside the matte.
   double weak_share = 0.0;         // Of the matte: rays that meet no volume.
   double exposure_ev = 0.0;        // Applied.

@@ -43,7 +43,10 @@ Provenance ProvenanceOf(const ViewPlan& view,
                          {"whole", kind.whole},
                          {"keep_shadow", kind.keep_shadow},
                          {"over", kind.over},
-                         {"exposure_ev", kind.exposure_ev}};
+                         {"exposure_ev", kind.exposure_ev},
+                         {"input_sky", SkyInWords(kind.light.input)},
+                         {"sky", SkyInWords(kind.light.target)}};
+  if (kind.light.target.turbidity) json["turbidity"] = *kind.light.target.turbidity;
   if (!hashes.volume.empty()) json["volume_hash"] = hashes.volume;
   if (view.place) {
     json["place"] = {

@@ -3,6 +3,7 @@
 
 // What a result says of itself: program, options, both lights, hashes of the inputs.
 
+#include "relight/capture/light_options.h"
 #include "relight/capture/view_plan.h"
 #include "relight/photo/write_photo.h"
 
@@ -16,6 +17,7 @@ struct PictureKind {
   bool keep_shadow = false;
   std::string over;  // Name of the backdrop; empty: none.
   double exposure_ev = 0.0;
+  RunLight light = {};  // The skies, with the turbidity that was used.
 };
 
 struct InputHashes {

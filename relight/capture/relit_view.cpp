@@ -30,6 +30,12 @@ double MeanLuminance(const cv::Mat3f& colors, const cv::Mat1f& alpha) {
   return weight > 0 ? sum / weight : 0.0;
 }
 
+// The correction has learned from clear days: one sky of Preetham's for both hours.
+bool SkyIsLearned(const RunLight& light) {
+  return light.one_sky && light.target.model == SkyModel::kPreetham &&
+         light.target.cloud == 0;
+}
+
 }  // namespace
 
 double ExposureStops(const std::string& exposure, double mean_ratio) {
@@ -40,34 +46,44 @@ double ExposureStops(const std::string& exposure, double mean_ratio) {
 
 RelitView::RelitView(const PreparedView& view,
                      const CaptureOptions& options,
-                     const SolarPosition& input)
+                     const SolarPosition& input,
+                     std::optional<double> lowest_sun_rad)
     : view_(view),
       options_(options),
       input_(input),
       input_luminance_(MeanLuminance(view.cut.foreground, view.cut.alpha)) {
-  static_cast<void>(DaylightOf(options.light));
   static_cast<void>(TransportOf(options.light.method, options.transport));
+  if (!options_.light.turbidity && view.air && view.air->sure) {
+    options_.light.turbidity = view.air->turbidity;
+  }
+  light_ = LightOfRun(
+      options_.light,
+      std::min(input.elevation_rad, lowest_sun_rad.value_or(input.elevation_rad)));
 }
 
 Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
-  return MakeDaylight(sun, DaylightOf(options_.light));
+  return MakeDaylight(sun, light_.target);
 }
+
+Daylight RelitView::DaylightOfPhoto() const { return MakeDaylight(input_, light_.input); }
 
 RelitTree RelitView::TreeUnder(const SolarPosition& target,
                                const Progress& progress,
                                bool with_features) {
   const Tree& tree = view_.tree;
   const bool ours = options_.light.method == Method::kDefault;
-  const auto arriving = [&](const SolarPosition& sun) {
+  const auto arriving = [&](const Daylight& daylight) {
     return LightArriving(tree.grid,
                          tree.occupied,
                          tree.sky_transmittance,
-                         DaylightUnder(sun),
+                         daylight,
                          TransportOf(options_.light.method, options_.transport));
   };
   RelitTree relit;
-  if (!input_light_) input_light_ = arriving(input_);
-  const ArrivingLight target_light = arriving(target);
+  const Daylight input_daylight = DaylightOfPhoto();
+  const Daylight target_daylight = DaylightUnder(target);
+  if (!input_light_) input_light_ = arriving(input_daylight);
+  const ArrivingLight target_light = arriving(target_daylight);
   progress.Report(0.3);
   if (view_light_) {
     relit.light = UnderTarget(
@@ -83,14 +99,15 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
                               progress.Part(0.3, 0.7));
     view_light_ = relit.light;
   }
-  const bool corrects = ours && !options_.correction.no_correction;
+  const bool corrects =
+      ours && !options_.correction.no_correction && SkyIsLearned(light_);
   if (corrects || with_features) {
     if (!correction_view_) {
       correction_view_.emplace(
           tree.grid, tree.occupied, view_.camera, view_.cut.foreground, view_.cut.alpha);
     }
-    relit.features = correction_view_->Under({*input_light_, DaylightUnder(input_)},
-                                             {target_light, DaylightUnder(target)});
+    relit.features = correction_view_->Under({*input_light_, input_daylight},
+                                             {target_light, target_daylight});
   }
   relit.light.correction = {};
   if (corrects) {
@@ -106,15 +123,15 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
   return relit;
 }
 
-GroundShadow RelitView::ShadowOnGround(const SolarPosition& sun) const {
-  return MakeGroundShadow(view_.tree.grid, DaylightUnder(sun), options_.shadow);
+GroundShadow RelitView::ShadowOnGround(const Daylight& daylight) const {
+  return MakeGroundShadow(view_.tree.grid, daylight, options_.shadow);
 }
 
 const PhotoShadow& RelitView::ShadowOfPhoto(const Progress& progress) {
   if (!photo_shadow_) {
     photo_shadow_ = ShadowInPhoto(view_.photo.pixels,
                                   view_.cut.alpha,
-                                  ShadowOnGround(input_),
+                                  ShadowOnGround(DaylightOfPhoto()),
                                   view_.camera,
                                   options_.old_shadow,
                                   progress);
@@ -128,11 +145,11 @@ bool RelitView::GroundMoves() const {
 
 cv::Mat3f RelitView::ShadowUnder(const SolarPosition& target, const Progress& progress) {
   if (!view_.ground_fault.empty()) throw InputError(view_.ground_fault);
-  cv::Mat3f shadow =
-      ShadowImage(ShadowOnGround(target), view_.camera, progress.Part(0, 0.5));
+  cv::Mat3f shadow = ShadowImage(
+      ShadowOnGround(DaylightUnder(target)), view_.camera, progress.Part(0, 0.5));
   const double turns = DegFromRad(AngleBetween(input_.direction, target.direction));
   const auto own = static_cast<float>(std::exp(-turns * turns));
-  if (!GroundMoves() || own < 1e-3f) return shadow;
+  if (!GroundMoves() || own < 1e-3f || !light_.one_sky) return shadow;
   const PhotoShadow& in_photo = ShadowOfPhoto(progress.Part(0.5, 1));
   return shadow + own * (in_photo.seen - in_photo.cast);
 }
@@ -141,7 +158,7 @@ cv::Mat3f RelitView::GroundUnder(const SolarPosition& target, const Progress& pr
   if (!GroundMoves()) return view_.photo.pixels;
   const PhotoShadow& input = ShadowOfPhoto(progress.Part(0, 0.5));
   const cv::Mat3f ratio = GroundRatio(input,
-                                      ShadowOnGround(target),
+                                      ShadowOnGround(DaylightUnder(target)),
                                       view_.camera,
                                       AngleBetween(input_.direction, target.direction),
                                       options_.old_shadow,

@@ -39,10 +39,12 @@ double ExposureStops(const std::string& exposure, double mean_ratio);
 
 class RelitView {
  public:
-  // Keeps a reference to `view`, which is not to change. Throws OptionError.
+  // Keeps a reference to `view`, which is not to change. `lowest_sun_rad`: of all targets
+  // (light_options.h); left out, the photo's own. Throws OptionError.
   RelitView(const PreparedView& view,
             const CaptureOptions& options,
-            const SolarPosition& input);
+            const SolarPosition& input,
+            std::optional<double> lowest_sun_rad = {});
 
   // `with_features`: what the learned correction reads, even where it is not used. Throws
   // Cancelled.
@@ -64,15 +66,21 @@ class RelitView {
   cv::Mat3f Whole(const cv::Mat3f& ground, const RelitTree& tree) const;
 
   bool GroundMoves() const;  // GroundUnder changes the photo.
+  // Of a wanted hour, and of the photo's own.
   Daylight DaylightUnder(const SolarPosition& sun) const;
+  Daylight DaylightOfPhoto() const;
+
+  // The skies of the run, with the turbidity that is used.
+  const RunLight& light() const { return light_; }
 
  private:
-  GroundShadow ShadowOnGround(const SolarPosition& sun) const;
+  GroundShadow ShadowOnGround(const Daylight& daylight) const;
   const PhotoShadow& ShadowOfPhoto(const Progress& progress);
 
   const PreparedView& view_;
   CaptureOptions options_;
   SolarPosition input_;
+  RunLight light_;
   double input_luminance_ = 0.0;  // Of the tree, the mean.
   std::optional<ArrivingLight> input_light_;
   std::optional<ViewLight> view_light_;  // Of any target: the input's part is kept.

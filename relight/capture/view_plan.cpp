@@ -243,8 +243,9 @@ SolarPosition ParseLight(const std::string& text,
 void RequireSunUp(const HourLight& light,
                   const char* which,
                   const Place& place,
+                  double lowest_deg,
                   const std::string& remedy) {
-  if (light.sun.elevation_rad > 0 || !light.time) return;
+  if (DegFromRad(light.sun.elevation_rad) > lowest_deg || !light.time) return;
   std::ostringstream text;
   text.precision(3);
   text << "the sun is " << -DegFromRad(light.sun.elevation_rad)
@@ -262,6 +263,9 @@ void RequireSunUp(const HourLight& light,
          << " there";
   } else {
     text << "; it does not rise or set there that day";
+  }
+  if (lowest_deg < 0) {
+    text << ", and twilight is known down to " << -lowest_deg << " deg below";
   }
   text << "; " << remedy;
   throw InputError(text.str());
@@ -365,8 +369,8 @@ ViewPlan PlanView(const ViewRequest& request,
     plan.name = plan.photo.stem().string();
   }
   plan.options = OptionsFrom(of_capture, request.options);
-  static_cast<void>(
-      DaylightOf(plan.options.light));  // Says now what does not go together
+  // Says now what does not go together
+  static_cast<void>(LightOfRun(plan.options.light, RadFromDeg(45)));
   PhotoFacts facts;
   facts.file = plan.photo.string();
   if (!in_memory || fs::is_regular_file(plan.photo)) facts = ReadPhotoFacts(plan.photo);
@@ -500,6 +504,7 @@ ViewPlan PlanView(const ViewRequest& request,
       plan.input,
       "photo's",
       plan.place.value_or(Place{}),
+      LowestInputSun(plan.options.light),
       "relight needs a photo taken in daylight; if it was, give its own --taken, "
       "--zone and --place");
   plan.input.words =

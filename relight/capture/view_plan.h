@@ -104,11 +104,13 @@ SolarPosition SunAt(double azimuth_rad, double elevation_rad);
 // OptionError.
 SolarPosition ParseLight(const std::string& text, const char* option, double heading_deg);
 
-// Throws InputError when the sun of a clock's hour is below the horizon: "the sun is 3
+// Throws InputError when the sun of a clock's hour is not above `lowest_deg`, of 0 or
+// less, where the model of the light ends: "the sun is 3
 // deg below the horizon at the WHICH hour", when it is up, and the remedy.
 void RequireSunUp(const HourLight& light,
                   const char* which,
                   const Place& place,
+                  double lowest_deg,
                   const std::string& remedy);
 
 // Throws InputError when the file is a result of relight.

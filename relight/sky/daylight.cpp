@@ -6,19 +6,32 @@
 #include "relight/sky/cabral2011_sun.h"
 #include "relight/sky/preetham_sun.h"
 
+#include <cmath>
 #include <iomanip>
+#include <numbers>
 #include <sstream>
 
 namespace relight {
 namespace {
 
 constexpr double kCabral2011Turbidity = 4.2;
-constexpr double kDefaultTurbidity = 3.0;
+
+const char* NameOf(SkyModel model) {
+  switch (model) {
+    case SkyModel::kPreetham:
+      return "preetham";
+    case SkyModel::kCabral2011:
+      return "cabral2011";
+    case SkyModel::kAtmosphere:
+      return "atmosphere";
+    case SkyModel::kCie:
+      return "cie";
+  }
+  return "";
+}
 
 void CheckOptions(const DaylightOptions& options) {
-  if (options.turbidity.has_value()) {
-    CheckFields(PreethamSkyOptions{.turbidity = *options.turbidity});
-  }
+  CheckFields(options);
   const bool cabral2011 = options.model == SkyModel::kCabral2011;
   if (cabral2011 &&
       options.turbidity.value_or(kCabral2011Turbidity) != kCabral2011Turbidity) {
@@ -30,46 +43,153 @@ void CheckOptions(const DaylightOptions& options) {
   }
   if (!cabral2011 && options.sunset_correction) {
     throw OptionError(
-        "sunset-correction belongs to the sky cabral2011, got preetham; leave it "
-        "out or take the sky cabral2011");
+        std::string("sunset-correction belongs to the sky cabral2011, got ") +
+        NameOf(options.model) + "; leave it out or take the sky cabral2011");
   }
+  if (options.cloud > 0 && (cabral2011 || options.model == SkyModel::kCie)) {
+    throw OptionError(
+        std::string("cloud belongs to the skies preetham and atmosphere, got ") +
+        NameOf(options.model) + "; leave it out or take one of these");
+  }
+}
+
+double Luminance(const Eigen::Array3d& rgb) {
+  return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+
+// Illuminance on level ground of the luminance of each direction; the midpoints of 48 x
+// 96 equal steps in the squared sine of the elevation and in azimuth, which weighs them
+// all alike.
+template <class Function>
+double OnGround(const Function& luminance) {
+  constexpr int kHeights = 48, kAzimuths = 96;
+  double sum = 0;
+  for (int i = 0; i < kHeights; ++i) {
+    const double sine = std::sqrt((i + 0.5) / kHeights);
+    for (int j = 0; j < kAzimuths; ++j) {
+      sum += luminance(DirectionFromAzimuthElevation(
+          (j + 0.5) * 2 * std::numbers::pi / kAzimuths, std::asin(sine)));
+    }
+  }
+  return sum * std::numbers::pi / (kHeights * kAzimuths);
+}
+
+// What clouds leave of sun and sky.                                             (K8)
+struct UnderClouds {
+  double sun = 1.0;     // Of the clear day's sun.
+  double sky_lx = 0.0;  // D(N).
+};
+UnderClouds Under(double cloud, double clear_sky_lx, double clear_sun_lx) {
+  const double global = 1 - 0.75 * std::pow(cloud, 3.4);
+  const double sun = global * (1 - cloud * cloud);
+  return {sun, global * (clear_sky_lx + clear_sun_lx) - sun * clear_sun_lx};
+}
+
+StandardSky Standard(const Eigen::Vector3d& sun, int type, double ground_lx) {
+  const CieSky shape(sun, type);
+  return {.shape = shape, .zenith_cd_per_m2 = ground_lx / OnGround(shape), .color = {}};
+}
+
+double CloudOfType(int type) { return type <= 5 ? 1.0 : type <= 10 ? 0.75 : 0.0; }
+
+Eigen::Array3d RadianceOf(const StandardSky& sky, const Eigen::Vector3d& direction) {
+  const double luminance = sky.zenith_cd_per_m2 * sky.shape(direction);
+  Eigen::Array3d color = Eigen::Array3d::Constant(sky.white);
+  if (sky.color && luminance > 0) {
+    const Eigen::Array3d clear = (*sky.color)(direction);
+    color += (1 - sky.white) * clear / Luminance(clear);
+  }
+  return luminance * color;
+}
+
+// Sun and sky without clouds.
+Daylight ClearDaylight(const Eigen::Vector3d& sun, const DaylightOptions& options) {
+  Daylight day;
+  day.sun_direction = sun;
+  const double turbidity = options.turbidity.value_or(kUsualTurbidity);
+  if (options.model == SkyModel::kAtmosphere) {
+    const Atmosphere air({.turbidity = turbidity});
+    day.sun_direction = SeenPartOfSun(sun);
+    day.sun_irradiance = air.SunIrradiance(sun);
+    day.sky = AtmosphereSky{air, sun};
+  } else {
+    day.sun_irradiance = PreethamSunIrradiance(sun, {.turbidity = turbidity}).rgb_lx;
+    day.sky = PreethamSky(sun, {.turbidity = turbidity});
+  }
+  return day;
 }
 
 }  // namespace
 
 Eigen::Array3d Daylight::SkyRadiance(const Eigen::Vector3d& direction) const {
+  Eigen::Array3d radiance = Eigen::Array3d::Zero();
   if (const auto* uniform = std::get_if<UniformSky>(&sky)) {
     const bool shines = uniform->full_sphere || direction.z() >= 0.0;
-    return shines ? uniform->radiance : Eigen::Array3d::Zero();
+    if (shines) radiance = uniform->radiance;
+  } else if (const auto* preetham = std::get_if<PreethamSky>(&sky)) {
+    radiance = (*preetham)(direction);
+  } else if (const auto* atmosphere = std::get_if<AtmosphereSky>(&sky)) {
+    radiance = atmosphere->air.SkyRadiance(atmosphere->sun, direction);
+  } else {
+    radiance = RadianceOf(std::get<StandardSky>(sky), direction);
   }
-  return std::get<PreethamSky>(sky)(direction);
+  if (!clouds) return radiance;
+  return sky_share * radiance + RadianceOf(*clouds, direction);
+}
+
+double LowestSunOf(SkyModel model) {
+  return model == SkyModel::kAtmosphere ? kLowestTwilight_deg : 0.0;
 }
 
 Daylight MakeDaylight(const SolarPosition& sun, const DaylightOptions& options) {
   CheckOptions(options);
   const Eigen::Vector3d direction = sun.direction.normalized();
-  if (!(direction.z() > 0.0)) {
+  const double elevation_deg = DegFromRad(ElevationOf(direction));
+  if (!(elevation_deg > LowestSunOf(options.model))) {
     std::ostringstream text;
-    text << std::fixed << std::setprecision(2) << "the sun is at "
-         << DegFromRad(ElevationOf(direction))
-         << " degrees, and the model of the daylight ends at the horizon; choose an hour "
-            "between sunrise and sunset";
+    text << std::fixed << std::setprecision(2) << "the sun is at " << elevation_deg
+         << " degrees, and the model of the daylight ends at ";
+    if (options.model == SkyModel::kAtmosphere) {
+      text << kLowestTwilight_deg << "; choose an hour of day or twilight";
+    } else {
+      text << "the horizon; choose an hour between sunrise and sunset, or the sky "
+              "atmosphere, which goes on to "
+           << kLowestTwilight_deg;
+    }
     throw InputError(text.str());
   }
 
   if (options.model == SkyModel::kCabral2011) {
-    return {
-        .sun_direction = direction,
-        .sun_irradiance = Cabral2011SunIrradiance(
-            direction, {.sunset_correction = options.sunset_correction}),
-        .sky = PreethamSky(
-            direction, {.turbidity = kCabral2011Turbidity, .clamp = SkyClamp::kRec709})};
+    Daylight day;
+    day.sun_direction = direction;
+    day.sun_irradiance = Cabral2011SunIrradiance(
+        direction, {.sunset_correction = options.sunset_correction});
+    day.sky = PreethamSky(
+        direction, {.turbidity = kCabral2011Turbidity, .clamp = SkyClamp::kRec709});
+    return day;
   }
-  const double turbidity = options.turbidity.value_or(kDefaultTurbidity);
-  return {
-      .sun_direction = direction,
-      .sun_irradiance = PreethamSunIrradiance(direction, {.turbidity = turbidity}).rgb_lx,
-      .sky = PreethamSky(direction, {.turbidity = turbidity})};
+
+  Daylight day = ClearDaylight(direction, options);
+  const bool cie = options.model == SkyModel::kCie;
+  const double cloud = cie ? CloudOfType(options.cie_type) : options.cloud;
+  if (!cie && cloud == 0) return day;
+  const double sun_lx =
+      Luminance(day.sun_irradiance) * std::max(0.0, day.sun_direction.z());
+  const double sky_lx =
+      OnGround([&](const Eigen::Vector3d& at) { return Luminance(day.SkyRadiance(at)); });
+  const UnderClouds left = Under(cloud, sky_lx, sun_lx);
+  day.sun_irradiance *= left.sun;
+  if (cie) {
+    StandardSky standard = Standard(direction, options.cie_type, left.sky_lx);
+    standard.white = cloud;
+    if (cloud < 1) standard.color = std::get<PreethamSky>(day.sky);
+    if (options.cie_type == 9) day.sun_irradiance.setZero();  // The sun is hidden
+    day.sky = standard;
+  } else {
+    day.sky_share = 1 - cloud;
+    day.clouds = Standard(direction, kCieOvercast, left.sky_lx - day.sky_share * sky_lx);
+  }
+  return day;
 }
 
 Daylight UniformDaylight(const Eigen::Array3d& radiance, bool full_sphere) {

@@ -142,6 +142,13 @@ SunTransmittance SunTransmittanceAt(double wavelength_nm, double turbidity, doub
           .water = std::exp(-0.2385 * water / std::pow(1.0 + 20.07 * water, 0.45))};
 }
 
+Eigen::Array3d SunXyzAboveAtmosphere(double wavelength_nm) {
+  RequireInRange(wavelength_nm);
+  const auto i = static_cast<int>(std::lround((wavelength_nm - kFirst_nm) / kStep_nm));
+  return kLumenPerWatt * kSunSolidAngle_sr * SunRadianceAboveAtmosphere(wavelength_nm) *
+         Eigen::Array3d::Map(kObserver[i]);
+}
+
 // E = 683 omega_s integral L_0 tau (xbar, ybar, zbar) dl                        (K4)
 SunIrradiance PreethamSunIrradianceAtAirMass(double air_mass,
                                              const PreethamSunOptions& options) {

@@ -56,6 +56,10 @@ SunTransmittance SunTransmittanceAt(double wavelength_nm,
 // 750].
 double SunRadianceAboveAtmosphere(double wavelength_nm);
 
+// Irradiance of the sun above the atmosphere [lx/nm] as CIE 1931 XYZ; `wavelength_nm` in
+// [380, 750], taken to the nearest 5 nm.
+Eigen::Array3d SunXyzAboveAtmosphere(double wavelength_nm);
+
 // On a plane that faces the sun.
 struct SunIrradiance {
   Eigen::Array3d xyz_lx;  // CIE 1931; the second is the illuminance.

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/sky_in_photo.h"
+
+#include "relight/base/error.h"
+#include "relight/base/write_file.h"
+#include "relight/capture/capture_folder.h"
+#include "relight/capture/capture_times.h"
+#include "relight/capture/view_matte.h"
+#include "relight/photo/color.h"
+#include "relight/photo/read_photo.h"
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relight {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kLongest_px = 600;  // Photos are looked at no larger.
+constexpr int kBlock_px = 12;
+constexpr float kTreeAlpha = 0.02f;
+constexpr double kSmooth = 0.02;  // Of ln Y within a block, beside the noise of 8 bits.
+constexpr double kStep = 0.12;    // From a block to the next, in any channel's logarithm.
+constexpr std::size_t kMostPhotos = 6;
+
+// Longest side of a photo's copy that is looked at; more would only cost time.
+template <class Image>
+Image Small(const Image& image) {
+  const double shrink =
+      std::max(image.cols, image.rows) / static_cast<double>(kLongest_px);
+  if (shrink <= 1) return image;
+  Image small;
+  cv::resize(image,
+             small,
+             {std::max(1, static_cast<int>(std::lround(image.cols / shrink))),
+              std::max(1, static_cast<int>(std::lround(image.rows / shrink)))},
+             0,
+             0,
+             cv::INTER_AREA);
+  return small;
+}
+
+struct Block {
+  bool tree = false;  // Too much tree in it to see what is behind.
+  bool even = false;  // All alike, neither black nor at the limit.
+  Eigen::Array3d color = Eigen::Array3d::Zero();
+};
+
+Block BlockAt(const cv::Mat3f& pixels, const cv::Mat1f& alpha, const cv::Rect& at) {
+  const float limit = LinearFromSrgb(252.0f / 255), black = LinearFromSrgb(12.0f / 255);
+  Block block;
+  double sum = 0, square = 0;
+  int count = 0, tree = 0;
+  for (int row = at.y; row < at.y + at.height; ++row) {
+    for (int column = at.x; column < at.x + at.width; ++column) {
+      if (alpha(row, column) > kTreeAlpha) {
+        ++tree;
+        continue;
+      }
+      const cv::Vec3f& c = pixels(row, column);
+      if (!(std::min({c[0], c[1], c[2]}) > black) || std::max({c[0], c[1], c[2]}) > limit)
+        return block;
+      const double luminance = std::log(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
+      sum += luminance;
+      square += luminance * luminance;
+      for (int i = 0; i < 3; ++i) block.color[i] += c[i];
+      ++count;
+    }
+  }
+  block.tree = tree > 0;
+  if (block.tree) return block;
+  block.color /= count;
+  const double mean = sum / count;
+  // A step of 8 bits in the darkest sky, and a gradient across the block
+  block.even = std::sqrt(std::max(0.0, square / count - mean * mean)) < 2 * kSmooth;
+  return block;
+}
+
+std::string SunText(const Eigen::Vector3d& sun) {
+  return std::to_string(sun.x()) + " " + std::to_string(sun.y()) + " " +
+         std::to_string(sun.z());
+}
+
+}  // namespace
+
+std::vector<SkySample> SkySamples(const cv::Mat3f& all_pixels,
+                                  const cv::Mat1f& all_alpha,
+                                  const Camera& full_camera,
+                                  const Eigen::Vector3d& sun_in_world,
+                                  int photo) {
+  const cv::Mat3f pixels = Small(all_pixels);
+  cv::Mat1f alpha = Small(all_alpha);
+  Require(pixels.size() == alpha.size(), "photo and matte of one size");
+  // A matte ends softly: what is next to the tree is not the sky alone
+  cv::dilate(alpha, alpha, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
+  const Camera camera = full_camera.Resized(pixels.cols, pixels.rows);
+  std::vector<SkySample> samples;
+  for (int x = 0; x + kBlock_px <= pixels.cols; x += kBlock_px) {
+    std::optional<Eigen::Array3d> above;
+    for (int y = 0; y + kBlock_px <= pixels.rows; y += kBlock_px) {
+      const Eigen::Vector3d direction =
+          camera.RayInWorld({x + 0.5 * kBlock_px, y + 0.5 * kBlock_px});
+      if (direction.z() <= 0) break;
+      const Block block = BlockAt(pixels, alpha, {x, y, kBlock_px, kBlock_px});
+      if (block.tree) continue;
+      if (!block.even) break;
+      if (above && ((block.color / *above).log().abs() > kStep).any()) break;
+      above = block.color;
+      samples.push_back({direction, sun_in_world, block.color, photo});
+    }
+  }
+  return samples;
+}
+
+TurbidityEstimate TurbidityOfCapture(const ViewPlan& plan,
+                                     const std::map<std::string, Camera>& cameras,
+                                     StageRecords& records) {
+  const Capture& capture = *plan.capture;
+  struct View {
+    const ViewEntry* entry;
+    const Camera* camera;
+    Eigen::Vector3d sun;
+  };
+  std::vector<View> views;
+  for (const ViewTime& at : ViewTimesOf(capture, plan.request.zone)) {
+    const auto camera = cameras.find(at.view);
+    if (camera == cameras.end() || !FileOfView(capture, "mattes", at.view)) continue;
+    View view{&FindView(capture, at.view), &camera->second, plan.input.sun.direction};
+    // Where the user told the time himself it is of all photos
+    const bool own_time = at.time && plan.place && !plan.request.taken &&
+                          !plan.request.lit_from && at.view != plan.name;
+    if (own_time) view.sun = SolarPositionAt(at.time->utc, *plan.place).direction;
+    views.push_back(view);
+  }
+  std::vector<View> chosen;
+  const std::size_t count = std::min(kMostPhotos, views.size());
+  for (std::size_t i = 0; i < count; ++i)
+    chosen.push_back(views[i * views.size() / count]);
+
+  StageKey key("sky 1");
+  key.Add(FieldsText(plan.options.photo));
+  key.AddFile(capture.folder / "cameras" / "cameras.txt");
+  key.AddFile(capture.folder / "cameras" / "images.txt");
+  for (const View& view : chosen) {
+    key.Add(SunText(view.sun)).AddFile(capture.PhotoOf(*view.entry));
+    key.AddFile(*FileOfView(capture, "mattes", view.entry->name));
+  }
+  const fs::path file = fs::path("cache") / "sky.json";
+  if (records.StateOf("sky", key.Hash()) == StageRecords::State::kUpToDate) {
+    const auto json = nlohmann::json::parse(
+        ReadText(capture.folder / file, 100'000), nullptr, /*allow_exceptions=*/false);
+    if (json.is_object()) {
+      return {.turbidity = json.at("turbidity"),
+              .spread = json.at("spread"),
+              .misfit = json.at("misfit"),
+              .samples = json.at("samples"),
+              .photos = json.at("photos"),
+              .sure = json.at("sure"),
+              .doubt = json.at("doubt")};
+    }
+  }
+
+  std::vector<SkySample> samples;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const View& view = chosen[i];
+    const Photo photo = ReadPhoto(capture.PhotoOf(*view.entry), plan.options.photo);
+    if (!photo.alpha.empty()) continue;  // What is behind the tree is cut away
+    const cv::Mat1f alpha = ReadMatteFor(*FileOfView(capture, "mattes", view.entry->name),
+                                         photo.pixels.size(),
+                                         capture.PhotoOf(*view.entry));
+    const std::vector<SkySample> of_photo =
+        SkySamples(photo.pixels, alpha, *view.camera, view.sun, static_cast<int>(i));
+    samples.insert(samples.end(), of_photo.begin(), of_photo.end());
+  }
+  const TurbidityEstimate estimate = TurbidityFromSky(samples);
+  const nlohmann::json json = {{"turbidity", estimate.turbidity},
+                               {"spread", estimate.spread},
+                               {"misfit", estimate.misfit},
+                               {"samples", estimate.samples},
+                               {"photos", estimate.photos},
+                               {"sure", estimate.sure},
+                               {"doubt", estimate.doubt}};
+  MakeFolderOf(capture.folder, "cache");
+  WriteTextWhole(capture.folder / file, json.dump(1) + "\n");
+  records.Remember("sky", key.Hash(), {file});
+  return estimate;
+}
+
+}  // namespace relight

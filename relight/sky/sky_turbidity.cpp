@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/sky/sky_turbidity.h"
+
+#include "relight/base/angles.h"
+#include "relight/sky/preetham_sky.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+namespace relight {
+namespace {
+
+constexpr double kLowest_rad = RadFromDeg(6);
+constexpr double kNearestToSun_rad = RadFromDeg(15);
+constexpr double kColorError = 0.10;     // s_c
+constexpr double kGradientError = 0.30;  // s_y
+constexpr double kPriorMean = 3.0, kPriorSpread = 0.40;
+constexpr double kIndependent = 4.0;  // n
+constexpr int kTurbidities = 90;      // From 2 to 10, evenly in ln T.
+
+constexpr int kFewestSamples = 24;
+constexpr double kWidestSpread = 0.2;
+constexpr double kWorstMisfit = 0.15;
+constexpr double kHaziest = 7.5;
+
+double Huber(double x) {
+  const double size = std::abs(x);
+  return size <= 1 ? x * x : 2 * size - 1;
+}
+
+double Luminance(const Eigen::Array3d& rgb) {
+  return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+
+// ln R/G, ln B/G, ln Y; what the model puts outside of Rec.709 is held inside.
+Eigen::Array3d LogsOf(const Eigen::Array3d& rgb) {
+  const double luminance = std::max(Luminance(rgb), 1e-9);
+  const Eigen::Array3d inside = rgb.max(0.01 * luminance);
+  return {std::log(inside[0] / inside[1]),
+          std::log(inside[2] / inside[1]),
+          std::log(luminance)};
+}
+
+struct Fit {
+  double cost = 0.0;    // Mean over the samples.
+  double misfit = 0.0;  // Root mean square of r and b.
+};
+
+Fit FitAt(double turbidity,
+          std::span<const SkySample> samples,
+          const std::vector<Eigen::Array3d>& logs) {
+  std::vector<Eigen::Array3d> apart(samples.size());
+  std::map<int, std::pair<double, int>> level;  // Of each photo: sum, count.
+  // The sun stands still in a photo, and often from one to the next
+  std::optional<PreethamSky> sky;
+  Eigen::Vector3d sun = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (!sky || sun != samples[i].sun_in_world) {
+      sun = samples[i].sun_in_world;
+      sky.emplace(sun, PreethamSkyOptions{.turbidity = turbidity});
+    }
+    apart[i] = logs[i] - LogsOf((*sky)(samples[i].direction_in_world));
+    auto& [sum, count] = level[samples[i].photo];
+    sum += apart[i][2];
+    ++count;
+  }
+  // (K9)
+  Fit fit;
+  const auto n = static_cast<double>(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto& [sum, count] = level[samples[i].photo];
+    const double r = apart[i][0], b = apart[i][1], y = apart[i][2] - sum / count;
+    fit.cost +=
+        (Huber(r / kColorError) + Huber(b / kColorError) + Huber(y / kGradientError)) / n;
+    fit.misfit += (r * r + b * b) / (2 * n);
+  }
+  fit.misfit = std::sqrt(fit.misfit);
+  return fit;
+}
+
+}  // namespace
+
+TurbidityEstimate TurbidityFromSky(std::span<const SkySample> samples) {
+  std::vector<SkySample> used;
+  std::set<int> photos;
+  for (const SkySample& sample : samples) {
+    const bool shines = (sample.color > 0).all() && sample.sun_in_world.z() > 0;
+    if (!shines || ElevationOf(sample.direction_in_world) < kLowest_rad ||
+        AngleBetween(sample.direction_in_world, sample.sun_in_world) <
+            kNearestToSun_rad) {
+      continue;
+    }
+    used.push_back(sample);
+    photos.insert(sample.photo);
+  }
+  TurbidityEstimate estimate;
+  estimate.samples = static_cast<int>(used.size());
+  estimate.photos = static_cast<int>(photos.size());
+  if (estimate.samples < kFewestSamples) {
+    estimate.doubt = "they show too little open sky";
+    return estimate;
+  }
+  std::vector<Eigen::Array3d> logs;
+  for (const SkySample& sample : used) logs.push_back(LogsOf(sample.color));
+
+  // The whole posterior, on a grid
+  std::vector<double> log_turbidity, log_posterior;
+  for (int i = 0; i < kTurbidities; ++i) {
+    const double at =
+        std::log(2.0) + (std::log(10.0) - std::log(2.0)) * i / (kTurbidities - 1);
+    const double turbidity = std::min(std::exp(at), 10.0);  // Not beyond by rounding
+    const double prior = (at - std::log(kPriorMean)) / kPriorSpread;
+    log_turbidity.push_back(at);
+    log_posterior.push_back(-0.5 * kIndependent * FitAt(turbidity, used, logs).cost -
+                            0.5 * prior * prior);
+  }
+  const double highest = *std::max_element(log_posterior.begin(), log_posterior.end());
+  double total = 0, mean = 0, square = 0;
+  for (std::size_t i = 0; i < log_turbidity.size(); ++i) {
+    const double weight = std::exp(log_posterior[i] - highest);
+    total += weight;
+    mean += weight * log_turbidity[i];
+    square += weight * log_turbidity[i] * log_turbidity[i];
+  }
+  mean /= total;
+  estimate.turbidity = std::clamp(std::exp(mean), 2.0, 10.0);
+  estimate.spread = std::sqrt(std::max(0.0, square / total - mean * mean));
+  estimate.misfit = FitAt(estimate.turbidity, used, logs).misfit;
+  if (estimate.misfit > kWorstMisfit) {
+    estimate.doubt = "their sky is not the colour of a clear one";
+  } else if (estimate.turbidity > kHaziest) {
+    estimate.doubt = "haze and thin cloud look alike in them";
+  } else if (estimate.spread > kWidestSpread) {
+    estimate.doubt = "their sky tells too little";
+  }
+  estimate.sure = estimate.doubt.empty();
+  return estimate;
+}
+
+}  // namespace relight
