@@ -46,7 +46,7 @@ std::vector<double> PlacesOf(const std::vector<EvaluatedHour>& hours) {
 }
 
 std::string CurveSvg(const Curve& curve, const std::vector<EvaluatedHour>& hours) {
-  constexpr double kWidth = 600, kHeight = 300, kLeft = 52, kRight = 16, kTop = 40,
+  constexpr double kWidth = 600, kHeight = 300, kLeft = 52, kRight = 24, kTop = 40,
                    kBottom = 30;
   const std::vector<double> places = PlacesOf(hours);
   double low = curve.right.value_or(1e9), high = curve.right.value_or(-1e9);
@@ -75,14 +75,14 @@ std::string CurveSvg(const Curve& curve, const std::vector<EvaluatedHour>& hours
   for (int i = 0; i <= 4; ++i) {
     const double value = low + (high - low) * i / 4.0;
     svg += "<path d=\"M52 " + Fixed(y(value), 1) +
-           "H584\" stroke=\"#44433e\"/><text x=\"46\" "
+           "H576\" stroke=\"#44433e\"/><text x=\"46\" "
            "y=\"" +
            Fixed(y(value) + 4, 1) + "\" text-anchor=\"end\">" +
            Fixed(value, curve.digits) + "</text>\n";
   }
   if (curve.right) {
     svg += "<path d=\"M52 " + Fixed(y(*curve.right), 1) +
-           "H584\" stroke=\"#8a887f\" stroke-dasharray=\"4 4\"/>\n";
+           "H576\" stroke=\"#8a887f\" stroke-dasharray=\"4 4\"/>\n";
   }
   const std::size_t step = (hours.size() + 7) / 8;
   for (std::size_t i = 0; i < hours.size(); i += step) {

@@ -178,8 +178,9 @@ def low_sun(rows):
 
 
 def plain(rows, figures):
-    """A line a picture."""
-    table = [[r.tree, r.view, r.source, r.time, r.method] + [
+    """A line a picture and method."""
+    rows = sorted(rows, key=lambda r: (r.tree, r.view, r.source, r.time, METHODS.index(r.method)))
+    table = [[r.tree, r.view, r.source, r.time[11:16], r.method] + [
         text(value(r, f), DIGITS.get(f, 3)) for f in figures] for r in rows]
     return lines_of(["tree", "view", "from", "to", "method", *figures], table)
 
