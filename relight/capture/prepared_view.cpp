@@ -321,6 +321,7 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
     }
   }
   view.tree = TreeOf(capture, records, options, force, begin("light"));
+  view.volume_views = VolumeCamerasOf(capture, options).size();
 
   // The view's own pixels
   view.progress = BeginVerb(plan, begin);

@@ -5,6 +5,7 @@
 #include "relight/base/error.h"
 #include "relight/base/field_text.h"
 #include "relight/base/version.h"
+#include "relight/capture/accuracy_notes.h"
 #include "relight/capture/capture_folder.h"
 #include "relight/capture/relit_provenance.h"
 #include "relight/capture/relit_view.h"
@@ -114,6 +115,14 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
       result.notes.end(), result.light.notes.begin(), result.light.notes.end());
   const RelitTree tree = relit.TreeUnder(
       plan.target.sun, view.progress.Part(0, 0.4), r.correction_features.has_value());
+
+  const std::vector<std::string> costs =
+      AccuracyNotes({.input = plan.view.input.sun,
+                     .heading_rad = RadFromDeg(plan.view.heading_deg),
+                     .views = view.volume_views,
+                     .air = view.air},
+                    tree.light.correction);
+  result.notes.insert(result.notes.end(), costs.begin(), costs.end());
 
   // Exposure: one factor for all
   result.mean_ratio = tree.mean_ratio;

@@ -464,6 +464,9 @@ ViewPlan PlanView(const ViewRequest& request,
   } else if (const auto heading = HeadingFromExif(facts, plan.place, utc)) {
     plan.heading_deg = heading->heading_deg;
     if (!heading->note.empty()) plan.notes.push_back(heading->note);
+    plan.notes.push_back(
+        "north is by the photo's compass: on rendered trees 5 deg off cost up to 0.5 dB, "
+        "10 deg up to 1.3; --heading tells better");
   } else if (needs_input_time || wants_time) {
     missing.Add("no heading in EXIF (which way the camera looked)", "--heading SW");
   }

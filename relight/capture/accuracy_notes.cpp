@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "relight/capture/accuracy_notes.h"
+
+#include "relight/base/angles.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace relight {
+namespace {
+
+constexpr double kLowSun_rad = RadFromDeg(25);   // [Cabral11, §8] warns below it
+constexpr double kAgainst_rad = RadFromDeg(60);  // Between view and sun
+constexpr std::size_t kFewViews = 8;
+constexpr double kLittleTrust = 0.6;
+constexpr double kClearMisfit = 0.15;  // As sky_turbidity.h has it
+
+// Mean of the trust over the patches that the correction was asked for.
+double MeanTrust(const Correction& correction) {
+  return correction.trust.empty() ? 1.0 : cv::mean(correction.trust)[0];
+}
+
+}  // namespace
+
+std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
+                                       const Correction& correction) {
+  std::vector<std::string> notes;
+  std::ostringstream text;
+  text.precision(2);
+  const double low_deg = DegFromRad(facts.input.elevation_rad);
+  if (facts.input.elevation_rad < kLowSun_rad) {
+    text
+        << "the sun of the photo is low, at " << low_deg
+        << " deg: hours far from it came out LOWCOST dB worse on rendered trees; a photo "
+           "from about noon is better";
+    notes.push_back(text.str());
+  }
+  if (facts.views > 1 && facts.views < kFewViews) {
+    text.str("");
+    text << "the volume is made from " << facts.views
+         << " photos: 6 cost 0.7 dB on rendered trees, 4 cost 1.3; more, from all sides, "
+            "are better";
+    notes.push_back(text.str());
+  }
+  const Eigen::Vector3d view = DirectionFromAzimuthElevation(facts.heading_rad, 0);
+  if (AngleBetween(view, facts.input.direction) < kAgainst_rad) {
+    notes.push_back(
+        "the photo is taken against the sun: most of the leaves that it shows are in "
+        "shade, and what lights them is known less well than the sun");
+  }
+  if (facts.air && facts.air->misfit > kClearMisfit) {
+    notes.push_back(
+        "the sky of the photos is not clear: a photo under an overcast sky that is taken "
+        "for a clear one costs 2 dB; --input-sky overcast says so");
+  }
+  const double trust = MeanTrust(correction);
+  if (trust < kLittleTrust) {
+    text.str("");
+    text
+        << "this tree or its light is unlike those that the correction has learned from: "
+           "it counts "
+        << std::lround(100 * trust) << " %, the rest is the simulation alone";
+    notes.push_back(text.str());
+  }
+  return notes;
+}
+
+}  // namespace relight
