@@ -26,7 +26,7 @@ struct PreparedView {
   CutOut cut;
   Camera camera;  // Of the photo's size.
   Tree tree;
-  std::string ground_fault;  // Why no shadow can be cast on the ground; mostly empty.
+  std::string ground_fault;      // Why no shadow can be cast on the ground; mostly empty.
   std::size_t volume_views = 1;  // That the volume is made from.
   // What the sky of the photos says of the air; unset when nobody asks for it.
   std::optional<TurbidityEstimate> air;

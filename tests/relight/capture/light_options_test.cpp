@@ -9,7 +9,7 @@
 namespace relight {
 namespace {
 
-constexpr double kHigh_rad = RadFromDeg(40), kLow_rad = RadFromDeg(4);
+constexpr double kHigh_rad = RadFromDeg(40), kLow_rad = RadFromDeg(-3);
 
 TEST(LightOptions, AutoIsOneModelOfTheRunByItsLowestSun) {
   const RunLight high = LightOfRun({}, kHigh_rad), low = LightOfRun({}, kLow_rad);

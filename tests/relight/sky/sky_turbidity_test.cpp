@@ -31,7 +31,7 @@ std::vector<SkySample> SamplesOf(double turbidity, double sun_elevation_deg) {
 
 TEST(SkyTurbidity, GivesBackThatOfTheModelWhateverTheExposure) {
   // The prior of (K9) draws towards 3: by 12 % at most between 2 and 6
-  for (const double turbidity : {2.0, 3.0, 4.2, 6.0}) {
+  for (const double turbidity : {2.5, 3.0, 4.2, 6.0}) {
     for (const double elevation_deg : {15.0, 45.0, 75.0}) {
       const TurbidityEstimate air = TurbidityFromSky(SamplesOf(turbidity, elevation_deg));
       EXPECT_TRUE(air.sure) << turbidity << " " << elevation_deg << " " << air.doubt;
