@@ -29,11 +29,11 @@ inline std::span<const EnumWord<Tone>> EnumWords(Tone) { return kToneWords; }
 
 struct LightOptions {
   Method method = Method::kDefault;
-  std::string sky = "auto";         // As ParseSky reads it; of the wanted hour.
-  std::string input_sky;            // Of the photo; left out: see InputSkyOf.
-  double cloud = 0.0;               // Share of the wanted hour's sky; clear skies only.
-  std::optional<double> turbidity;  // Left out: by the photos' sky, else 3.
-  bool sunset_correction = false;   // [Cabral11 §7.1]'s exponents; cabral2011 only.
+  std::string sky = "auto";    // As ParseSky reads it; of the wanted hour.
+  std::string input_sky = {};  // Of the photo; left out: see InputSkyOf.
+  double cloud = 0.0;          // Share of the wanted hour's sky; clear skies only.
+  std::optional<double> turbidity = {};  // Left out: by the photos' sky, else 3.
+  bool sunset_correction = false;        // [Cabral11 §7.1]'s exponents; cabral2011 only.
 };
 
 template <class Visitor>

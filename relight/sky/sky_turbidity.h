@@ -44,7 +44,7 @@ struct TurbidityEstimate {
   int samples = 0;      // Used.
   int photos = 0;       // They are from.
   bool sure = false;
-  std::string doubt;  // Why it is not sure: "no open sky", "clouds"; else empty.
+  std::string doubt = {};  // Why it is not sure: "no open sky", "clouds"; else empty.
 };
 
 // Sure: at least 24 samples, a spread of 0.2 at most, colours that fit within 0.15, and T
