@@ -99,13 +99,16 @@ RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
                       options.sky);
   }
   // One clear model for all that leave it open
-  std::optional<SkyModel> clear = wanted.IsClear() ? wanted.model : std::nullopt;
-  if (!clear && input.IsClear()) clear = input.model;
-  const bool chosen = !clear && (wanted.IsClear() || input.IsClear());
   const bool low = lowest_sun_rad <= 0;  // No other clear sky has a twilight
-  if (!clear) clear = low ? SkyModel::kAtmosphere : SkyModel::kPreetham;
+  SkyModel clear = low ? SkyModel::kAtmosphere : SkyModel::kPreetham;
+  bool chosen = wanted.IsClear() || input.IsClear();
+  for (const SkyChoice& choice : {input, wanted}) {
+    if (!choice.IsClear() || !choice.model) continue;
+    clear = *choice.model;
+    chosen = false;
+  }
   const auto options_of = [&](const SkyChoice& choice, double cloud) {
-    return DaylightOptions{.model = choice.model.value_or(*clear),
+    return DaylightOptions{.model = choice.model.value_or(clear),
                            .turbidity = options.turbidity,
                            .cie_type = choice.cie_type,
                            .cloud = cloud};
