@@ -31,8 +31,8 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
   if (facts.input.elevation_rad < kLowSun_rad) {
     text
         << "the sun of the photo is low, at " << low_deg
-        << " deg: hours far from it came out LOWCOST dB worse on rendered trees; a photo "
-           "from about noon is better";
+        << " deg: on rendered trees hours across noon came out 1 to 7 dB worse than from "
+           "a photo of about noon";
     notes.push_back(text.str());
   }
   if (facts.views > 1 && facts.views < kFewViews) {
