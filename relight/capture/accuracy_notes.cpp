@@ -15,11 +15,6 @@ constexpr std::size_t kFewViews = 8;
 constexpr double kLittleTrust = 0.6;
 constexpr double kClearMisfit = 0.15;  // As sky_turbidity.h has it
 
-// Mean of the trust over the patches that the correction was asked for.
-double MeanTrust(const Correction& correction) {
-  return correction.trust.empty() ? 1.0 : cv::mean(correction.trust)[0];
-}
-
 }  // namespace
 
 std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
@@ -53,13 +48,12 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
         "the sky of the photos is not clear: a photo under an overcast sky that is taken "
         "for a clear one costs 2 dB; --input-sky overcast says so");
   }
-  const double trust = MeanTrust(correction);
-  if (trust < kLittleTrust) {
+  if (correction.mean_trust < kLittleTrust) {
     text.str("");
     text
         << "this tree or its light is unlike those that the correction has learned from: "
            "it counts "
-        << std::lround(100 * trust) << " %, the rest is the simulation alone";
+        << std::lround(100 * correction.mean_trust) << " %, the rest is the simulation alone";
     notes.push_back(text.str());
   }
   return notes;

@@ -5,6 +5,7 @@
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
 #include "relight/photo/read_photo.h"
+#include "relight/scattering/hot_spot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -72,12 +73,18 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
                                bool with_features) {
   const Tree& tree = view_.tree;
   const bool ours = options_.light.method == Method::kDefault;
+  const ArrivingLightOptions transport =
+      TransportOf(options_.light.method, options_.transport);
   const auto arriving = [&](const Daylight& daylight) {
-    return LightArriving(tree.grid,
-                         tree.occupied,
-                         tree.sky_transmittance,
-                         daylight,
-                         TransportOf(options_.light.method, options_.transport));
+    ArrivingLight light = LightArriving(
+        tree.grid, tree.occupied, tree.sky_transmittance, daylight, transport);
+    AddHotSpot(tree.grid,
+               tree.occupied,
+               daylight,
+               view_.camera.PositionInWorld(),
+               transport.gap_length_m,
+               light);
+    return light;
   };
   RelitTree relit;
   const Daylight input_daylight = DaylightOfPhoto();

@@ -11,7 +11,7 @@
 namespace relight {
 
 inline ArrivingLightOptions OurTransport() {
-  return {.sun_directions = 16, .own_shade = 0};
+  return {.sun_directions = 16, .own_shade = 0, .gap_length_m = 0.05};
 }
 
 // Throws OptionError for an option that cabral2011 does not have.
@@ -21,10 +21,12 @@ inline ArrivingLightOptions TransportOf(Method method,
   if (method != Method::kCabral2011) return options;
   const ArrivingLightOptions ours = OurTransport();
   if (options.sun_directions != ours.sun_directions ||
-      options.own_shade != ours.own_shade) {
+      options.own_shade != ours.own_shade ||
+      options.gap_length_m != ours.gap_length_m) {
     throw OptionError(
-        "cabral2011 has the sun's centre alone and a voxel's full own shade; leave "
-        "--sun-directions and --own-shade out, or the method");
+        "cabral2011 has the sun's centre alone, a voxel's full own shade and leaves "
+        "that are points; leave --sun-directions, --own-shade and --gap-length out, or "
+        "the method");
   }
   return {};
 }

@@ -169,8 +169,8 @@ CorrectionModel ReadCorrectionModel(const std::filesystem::path& file) {
 Correction PredictCorrection(const CorrectionModel& model,
                              const CorrectionFeatures& features,
                              double sun_angle_rad) {
-  Correction correction{
-      .grid = features.grid, .log_factor = {}, .trust = {}, .spread = {}};
+  Correction correction;
+  correction.grid = features.grid;
   if (features.planes.empty()) return correction;
   Require(static_cast<std::size_t>(model.mean.size()) == features.planes.size(),
           "the weights belong to these features");
@@ -206,6 +206,9 @@ Correction PredictCorrection(const CorrectionModel& model,
       }
     }
   });
+
+  const double covered = cv::sum(features.cover)[0];
+  if (covered > 0) correction.mean_trust = correction.trust.dot(features.cover) / covered;
 
   const float middle = MeanByBrightness(features, answers);
   const float level = LevelOf(model, features);

@@ -272,13 +272,7 @@ const std::vector<std::string> kNames = {"photo_fine",
                                          "view_to_sun_target",
                                          "sun_to_sun",
                                          "sun_to_sky_input",
-                                         "sun_to_sky_target",
-                                         "crown_share",
-                                         "crown_contrast",
-                                         "crown_photo_spread",
-                                         "crown_light_spread",
-                                         "crown_agreement",
-                                         "crown_ratio"};
+                                         "sun_to_sky_target"};
 
 }  // namespace
 
@@ -611,23 +605,6 @@ CorrectionFeatures CorrectionView::Under(const FeatureLight& input,
   };
   add_number(to_sky(input.daylight, sun_in, sky_in));
   add_number(to_sky(target.daylight, sun_out, sky_out));
-  const double hits = std::max(1.0, cv::sum(hit)[0]);
-  add_number(cv::sum(sums[kShare])[0] / hits);
-  const cv::Mat1f weight = photo_.alpha / std::max(1e-9, cv::sum(photo_.alpha)[0]);
-  const auto mean_of = [&](const cv::Mat1f& plane) { return weight.dot(plane); };
-  const auto covariance = [&](const cv::Mat1f& a, const cv::Mat1f& b) {
-    return mean_of(a.mul(b)) - mean_of(a) * mean_of(b);
-  };
-  const double photo_spread =
-      std::sqrt(std::max(0.0, covariance(log_photo_fine, log_photo_fine)));
-  const double light_spread =
-      std::sqrt(std::max(0.0, covariance(log_light[0], log_light[0])));
-  add_number(mean_of(contrast));
-  add_number(photo_spread);
-  add_number(light_spread);
-  add_number(covariance(log_photo_fine, log_light[0]) /
-             std::max(1e-4, photo_spread * light_spread));
-  add_number(std::log(std::max(1e-9, mean_light[1]) / std::max(1e-9, mean_light[0])));
   Require(planes.size() == kNames.size(), "each plane has its name");
   return features;
 }

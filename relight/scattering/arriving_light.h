@@ -49,6 +49,9 @@ struct ArrivingLight {
 struct ArrivingLightOptions {
   int sun_directions = 1;  // n of (S2); 1: to the sun's centre, as [Cabral11].
   double own_shade = 1.0;  // a of (S3); 1: all of it, as [Cabral11].
+  // l of (S4), hot_spot.h, which needs the eye: no part of LightArriving. 0: points, as
+  // [Cabral11].
+  double gap_length_m = 0.0;
 };
 
 template <class Visitor>
@@ -62,6 +65,12 @@ void Describe(ArrivingLightOptions& o, Visitor&& field) {
         FieldInfo{"own-shade",
                   "",
                   "share of a voxel's own extinction that shades its leaves from the sun",
+                  Between(0, 1)});
+  field(o.gap_length_m,
+        FieldInfo{"gap-length",
+                  "m",
+                  "length over which gaps between leaves hang together, some 0.4 of "
+                  "a leaf's width: what is seen from near the sun's direction is lit",
                   Between(0, 1)});
 }
 

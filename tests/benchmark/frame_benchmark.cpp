@@ -115,6 +115,22 @@ void PartTree(benchmark::State& state) {
 }
 BENCHMARK(PartTree)->Arg(1)->Arg(8)->Unit(benchmark::kMillisecond)->UseRealTime();
 
+// PartTree less this is what the learned correction costs.
+void PartTreeUncorrected(benchmark::State& state) {
+  const Prepared& prepared = ViewOf(static_cast<int>(state.range(0)));
+  auto options = prepared.plan.options;
+  options.correction.no_correction = true;
+  RelitView relit(prepared.view, options, prepared.plan.input.sun);
+  const SolarPosition sun = SunAtHour(16, prepared.plan);
+  relit.TreeUnder(sun);
+  for (auto _ : state) relit.TreeUnder(sun);
+}
+BENCHMARK(PartTreeUncorrected)
+    ->Arg(1)
+    ->Arg(8)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
 void PartGround(benchmark::State& state) {
   const Prepared& prepared = ViewOf(static_cast<int>(state.range(0)));
   RelitView relit(prepared.view, prepared.plan.options, prepared.plan.input.sun);

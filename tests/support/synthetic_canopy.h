@@ -47,6 +47,13 @@ inline ExtinctionGrid Ball(const Eigen::Vector3d& center,
   return grid;
 }
 
+// A ball of radius 1.5 m around (0, 0, 2) m, every third voxel empty.
+inline ExtinctionGrid BallWithHoles() {
+  ExtinctionGrid ball = Ball({0, 0, 2}, 1.5, 1.2, 24);
+  for (std::size_t i = 0; i < ball.sigma_per_m.size(); i += 3) ball.sigma_per_m[i] = 0;
+  return ball;
+}
+
 // Extinctions of 0 to `most_per_m`, a third of the voxels empty.
 inline ExtinctionGrid RandomCanopy(const Eigen::Vector3i& cells,
                                    double cell_m,

@@ -47,9 +47,9 @@ TEST(AccuracyNotes, NameEachThingThatCosts) {
   clouds.air = TurbidityEstimate{.misfit = 0.3};
   only(clouds, {}, "--input-sky overcast");
 
-  only(GoodFacts(),
-       {.grid = {}, .log_factor = {}, .trust = cv::Mat1f(2, 2, 0.25f), .spread = {}},
-       "counts 25 %");
+  Correction unlike;
+  unlike.mean_trust = 0.25;
+  only(GoodFacts(), unlike, "counts 25 %");
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/ratio/relight_view.h"
 
-#include "relight/sky/solar_position.h"
 #include "relight/volume/opacity_estimation.h"
 #include "tests/support/made_cameras.h"
+#include "tests/support/made_light.h"
 #include "tests/support/reference_tree.h"
 #include "tests/support/synthetic_canopy.h"
 
@@ -20,21 +20,11 @@
 namespace relight {
 namespace {
 
-Daylight DaylightAt(double azimuth_deg, double elevation_deg) {
-  SolarPosition sun;
-  sun.azimuth_rad = RadFromDeg(azimuth_deg);
-  sun.elevation_rad = RadFromDeg(elevation_deg);
-  sun.direction = DirectionFromAzimuthElevation(sun.azimuth_rad, sun.elevation_rad);
-  return MakeDaylight(sun);
-}
+using tests::DaylightAt;
 
 // A ball of leaves with holes, seen by one camera of `size_px` pixels a side.
 struct Scene {
-  ExtinctionGrid grid = [] {
-    ExtinctionGrid ball = tests::Ball({0, 0, 2}, 1.5, 1.2, 24);
-    for (std::size_t i = 0; i < ball.sigma_per_m.size(); i += 3) ball.sigma_per_m[i] = 0;
-    return ball;
-  }();
+  ExtinctionGrid grid = tests::BallWithHoles();
   OccupiedVoxels occupied = FindOccupied(grid);
   SkyTransmittance sky =
       ProjectTransmittance(grid, occupied, {.bands = 4, .directions = 256});
