@@ -37,6 +37,7 @@ struct CaptureOptions {
   ViewSelectionOptions selection;
   SkyTransmittanceOptions sky_transmittance;
   ArrivingLightOptions transport = OurTransport();  // Of the default method.
+  NeighbourOptions neighbours;
   ReadPhotoOptions photo;
   MatteOptions matte;
   GroundShadowOptions shadow;
@@ -52,6 +53,7 @@ void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.selection, field);
   Describe(o.sky_transmittance, field);
   Describe(o.transport, field);
+  Describe(o.neighbours, field);
   Describe(o.photo, field);
   Describe(o.matte, field);
   Describe(o.shadow, field);

@@ -67,6 +67,16 @@ Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
 
 Daylight RelitView::DaylightOfPhoto() const { return MakeDaylight(input_, light_.input); }
 
+std::vector<std::string> RelitView::NotesOfPanoramas(const SolarPosition& target) const {
+  std::vector<std::string> notes = PanoramaNotes(input_, light_.input);
+  for (const std::string& note : PanoramaNotes(target, light_.target)) {
+    if (std::find(notes.begin(), notes.end(), note) == notes.end()) {
+      notes.push_back(note);
+    }
+  }
+  return notes;
+}
+
 RelitTree RelitView::TreeUnder(const SolarPosition& target,
                                const Progress& progress,
                                bool with_features) {
@@ -77,7 +87,8 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
                          tree.occupied,
                          tree.sky_transmittance,
                          daylight,
-                         TransportOf(options_.light.method, options_.transport));
+                         TransportOf(options_.light.method, options_.transport),
+                         tree.occluder.get());
   };
   RelitTree relit;
   const Daylight input_daylight = DaylightOfPhoto();
@@ -124,7 +135,8 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
 }
 
 GroundShadow RelitView::ShadowOnGround(const Daylight& daylight) const {
-  return MakeGroundShadow(view_.tree.grid, daylight, options_.shadow);
+  return MakeGroundShadow(
+      view_.tree.grid, daylight, options_.shadow, {}, view_.tree.occluder.get());
 }
 
 const PhotoShadow& RelitView::ShadowOfPhoto(const Progress& progress) {

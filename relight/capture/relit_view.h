@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace relight {
 
@@ -69,6 +70,9 @@ class RelitView {
   // Of a wanted hour, and of the photo's own.
   Daylight DaylightUnder(const SolarPosition& sun) const;
   Daylight DaylightOfPhoto() const;
+
+  // How panoramas are taken for the photo's hour and a wanted one (daylight.h).
+  std::vector<std::string> NotesOfPanoramas(const SolarPosition& target) const;
 
   // The skies of the run, with the turbidity that is used.
   const RunLight& light() const { return light_; }
