@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <memory>
 
 namespace relight::cli {
@@ -36,6 +37,18 @@ int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console
   for (const auto& file : result.files) files.push_back(file.string());
   std::vector<std::string> notes = plan.notes;
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
+  nlohmann::json fit;  // null without --fit-light
+  if (result.fit) {
+    const auto number = [](const FittedNumber& n) {
+      return nlohmann::json{{"times", std::exp(n.log_value)},
+                            {"log_deviation", n.deviation},
+                            {"flat", n.flat}};
+    };
+    fit = {{"sky", number(result.fit->sky)},
+           {"density", number(result.fit->density)},
+           {"log_spread", result.fit->spread},
+           {"log_spread_unfitted", result.fit->unfitted}};
+  }
   nlohmann::json stages = nlohmann::json::array();
   for (const PlannedStage& stage : plan.view.stages) stages.push_back(stage.name);
   fmt::print("{}\n",
@@ -45,6 +58,7 @@ int RunVerb(const HourRequest& request, bool json, const ConsoleOptions& console
                              {"input", LightJson(plan.view.input)},
                              {"target", LightJson(plan.target)},
                              {"sky", SkiesJson(result.light, plan.view.options.light)},
+                             {"fit", fit},
                              {"stages", stages},
                              {"mean_ratio", result.mean_ratio},
                              {"weak_share", result.weak_share},

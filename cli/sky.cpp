@@ -3,12 +3,15 @@
 #include "cli/verbs.h"
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
+#include "relight/base/version.h"
 #include "relight/base/write_file.h"
 #include "relight/capture/light_options.h"
 #include "relight/photo/capture_time.h"
 #include "relight/photo/image_file.h"
+#include "relight/photo/write_photo.h"
 #include "relight/sh/sky_coefficients.h"
 #include "relight/sky/daylight.h"
+#include "relight/sky/sky_panorama.h"
 #include "relight/sky/solar_position.h"
 #include "relight/sky/sun_path.h"
 #include "relight/sky/sun_times.h"
@@ -39,22 +42,30 @@ LocalTime MomentOf(const SkyRequest& request) {
   return ResolveCaptureTime(nothing_known, request.zone, request.taken).time;
 }
 
-// Lat-long, north in the middle, east on its right, zenith on top [cd/m2]; the sun's disc
-// is not in it.
-cv::Mat3f Panorama(const Daylight& daylight) {
-  constexpr int kHeight = 512;
-  cv::Mat3f image(kHeight, 2 * kHeight);
-  for (int row = 0; row < image.rows; ++row) {
-    for (int column = 0; column < image.cols; ++column) {
-      const double azimuth_rad =
-          (column + 0.5) / kHeight * std::numbers::pi - std::numbers::pi;
-      const double elevation_rad = (0.5 - (row + 0.5) / kHeight) * std::numbers::pi;
-      const Eigen::Array3d radiance =
-          daylight.SkyRadiance(DirectionFromAzimuthElevation(azimuth_rad, elevation_rad));
-      for (int c = 0; c < 3; ++c) image(row, column)[c] = static_cast<float>(radiance[c]);
-    }
+// The sky as a lat-long picture: .exr as it is, .png to look at.
+void WritePanorama(const std::filesystem::path& file,
+                   const Daylight& daylight,
+                   const std::string& words,
+                   const ConsoleOptions& console) {
+  const std::string software = std::string("relight ") + Version();
+  const cv::Mat3f panorama = DrawPanorama(daylight);
+  const std::string extension = file.extension().string();
+  if (extension == ".exr") {
+    WriteLinear(file,
+                {{"", panorama}},
+                {{"relight:software", software},
+                 {"relight:sky", words},
+                 {"relight:unit", "cd/m2"},
+                 {"relight:heading_deg", "0"}});
+    Say(console, file.string() + ": lat-long, north in the middle, cd/m2, with its sun");
+    return;
   }
-  return image;
+  const nlohmann::json made = {{"program", software}, {"sky", words}};
+  WritePhoto(file, {.pixels = ToneMappedPanorama(panorama)}, {software, made.dump()});
+  Say(console,
+      file.string() +
+          ": lat-long, north in the middle, to look at: sRGB of 1 - exp(-L / 2 m) per "
+          "channel, m the mean luminance of the sky");
 }
 
 std::vector<double> Values(const Eigen::Array3d& color) {
@@ -62,6 +73,11 @@ std::vector<double> Values(const Eigen::Array3d& color) {
 }
 
 int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
+  if (request.panorama && request.panorama->extension() != ".exr" &&
+      request.panorama->extension() != ".png") {
+    throw OptionError(request.panorama->string() +
+                      ": the sky is written as .exr (light) or .png (to look at)");
+  }
   const Place place = ParsePlace(request.place);
   const LocalTime time = MomentOf(request);
   LightOptions light;
@@ -91,10 +107,13 @@ int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
     json["sun_horizontal_lx_rgb"] =
         Values(daylight.sun_irradiance * std::max(0.0, daylight.sun_direction.z()));
     json["sky_horizontal_lx_rgb"] = Values(HorizontalSkyIrradiance(daylight));
+    for (const std::string& note : PanoramaNotes(sun, run.target)) Say(console, note);
+    if (daylight.sun_direction != sun.direction.normalized()) {
+      json["light_azimuth_deg"] = DegFromRad(AzimuthOf(daylight.sun_direction));
+      json["light_elevation_deg"] = DegFromRad(ElevationOf(daylight.sun_direction));
+    }
     if (request.panorama) {
-      WriteLinear(
-          *request.panorama, {{"", Panorama(daylight)}}, {{"relight:unit", "cd/m2"}});
-      Say(console, request.panorama->string() + ": lat-long, north in the middle, cd/m2");
+      WritePanorama(*request.panorama, daylight, SkyInWords(run.target), console);
     }
   } else if (request.panorama) {
     throw InputError("the sun is below the horizon at " + FormatLocal(time) +
@@ -141,6 +160,11 @@ int RunVerb(const SkyRequest& request, const ConsoleOptions& console) {
                values[2]);
   };
   fmt::print("sky           {}\n", json["sky"].get<std::string>());
+  if (json.contains("light_azimuth_deg")) {
+    fmt::print("its sun       azimuth {:.3f} deg, elevation {:.3f} deg\n",
+               json["light_azimuth_deg"].get<double>(),
+               json["light_elevation_deg"].get<double>());
+  }
   row("sun, facing", "sun_normal_lx_rgb");
   row("sun, ground", "sun_horizontal_lx_rgb");
   row("sky, ground", "sky_horizontal_lx_rgb");
@@ -163,8 +187,12 @@ Verb AddSky(CLI::App& program, const ConsoleOptions& console) {
   app->add_option("--zone", request->zone, "time zone: Europe/Paris or +02:00")
       ->type_name("NAME");
   app->add_option(
-         "-o,--output", request->panorama, "write the sky as a lat-long .exr [cd/m2]")
-      ->type_name("FILE.exr");
+         "-o,--output",
+         request->panorama,
+         "write the sky as a lat-long panorama, north in the middle: .exr in cd/m2 with "
+         "its "
+         "sun, to be read as --sky panorama:FILE; .png to look at, brightness compressed")
+      ->type_name("FILE");
   app->add_option(
          "--sun-path", request->sun_path, "write the sun's way of the day as a diagram")
       ->type_name("FILE.svg");

@@ -49,6 +49,7 @@ void AddViewOptions(CLI::App& app, ViewRequest& r) {
 void AddModelOptions(CLI::App& app, ViewRequest& r) {
   AddFlags(app, LightOptions(), "Light", r.options);
   AddFlags(app, OurTransport(), "Light", r.options);
+  AddFlags(app, NeighbourOptions(), "Light", r.options);
   AddFlags(app, CorrectionOptions(), "Light", r.options);
   AddFlags(app, ReadPhotoOptions(), "Photo", r.options);
   AddFlags(app, MatteOptions(), "Matte", r.options);

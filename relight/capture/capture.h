@@ -16,6 +16,7 @@
 #include "relight/composite/old_shadow.h"
 #include "relight/photo/write_photo.h"
 #include "relight/ratio/correction.h"
+#include "relight/ratio/light_fit.h"
 #include "relight/volume/opacity_estimation.h"
 #include "relight/volume/silhouette_volume.h"
 
@@ -32,11 +33,13 @@ namespace relight {
 struct CaptureOptions {
   LightOptions light;
   CorrectionOptions correction;
+  LightFitOptions fit;
   OpacityOptions volume;
   CrownOptions crown;
   ViewSelectionOptions selection;
   SkyTransmittanceOptions sky_transmittance;
   ArrivingLightOptions transport = OurTransport();  // Of the default method.
+  NeighbourOptions neighbours;
   ReadPhotoOptions photo;
   MatteOptions matte;
   GroundShadowOptions shadow;
@@ -47,11 +50,13 @@ template <class Visitor>
 void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.light, field);
   Describe(o.correction, field);
+  Describe(o.fit, field);
   Describe(o.volume, field);
   Describe(o.crown, field);
   Describe(o.selection, field);
   Describe(o.sky_transmittance, field);
   Describe(o.transport, field);
+  Describe(o.neighbours, field);
   Describe(o.photo, field);
   Describe(o.matte, field);
   Describe(o.shadow, field);

@@ -23,9 +23,18 @@ double LowestSun(const SkyChoice& choice) {
   return LowestSunOf(choice.model.value_or(SkyModel::kAtmosphere));
 }
 
+// Two skies may be one file.
+std::shared_ptr<const Panorama> PanoramaOf(const SkyChoice& choice,
+                                           const std::shared_ptr<const Panorama>& other) {
+  if (choice.model != SkyModel::kPanorama) return nullptr;
+  if (other && other->file == choice.panorama) return other;
+  return std::make_shared<const Panorama>(ReadPanorama(choice.panorama));
+}
+
 bool Same(const DaylightOptions& a, const DaylightOptions& b) {
   return a.model == b.model && a.cloud == b.cloud &&
-         (a.model != SkyModel::kCie || a.cie_type == b.cie_type);
+         (a.model != SkyModel::kCie || a.cie_type == b.cie_type) &&
+         (a.model != SkyModel::kPanorama || a.panorama->hash == b.panorama->hash);
 }
 
 }  // namespace
@@ -46,17 +55,22 @@ SkyChoice ParseSky(const std::string& text, const char* option) {
       return {.model = SkyModel::kCie, .cie_type = type};
     }
   }
+  constexpr std::string_view kPanorama = "panorama:";
+  if (view.starts_with(kPanorama) && view.size() > kPanorama.size()) {
+    return {.model = SkyModel::kPanorama, .panorama = text.substr(kPanorama.size())};
+  }
   throw OptionError(std::string(option) +
-                    " must be auto, preetham, atmosphere, overcast or cie:1 to cie:15, "
-                    "got \"" +
+                    " must be auto, preetham, atmosphere, overcast, cie:1 to cie:15 or "
+                    "panorama:FILE, got \"" +
                     text + "\"");
 }
 
 std::string SkyInWords(const DaylightOptions& sky) {
   std::string words = sky.model == SkyModel::kPreetham     ? "preetham"
                       : sky.model == SkyModel::kCabral2011 ? "cabral2011"
-                      : sky.model == SkyModel::kAtmosphere
-                          ? "atmosphere"
+                      : sky.model == SkyModel::kAtmosphere ? "atmosphere"
+                      : sky.model == SkyModel::kPanorama
+                          ? "panorama:" + sky.panorama->file.filename().string()
                           : "cie:" + std::to_string(sky.cie_type);
   if (sky.cloud > 0) words += " under " + FieldText(sky.cloud) + " of clouds";
   return words;
@@ -81,10 +95,11 @@ RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
       throw OptionError(
           "cabral2011 has turbidity 4.2; leave --turbidity out, or the method");
     }
-    if (wanted.model || input.model || options.cloud > 0) {
+    if (wanted.model || input.model || options.cloud > 0 || options.ground_albedo ||
+        options.panorama_heading_deg || options.panorama_scale) {
       throw OptionError(
-          "cabral2011 has a sky of its own; leave --sky, --input-sky and --cloud out, or "
-          "the method");
+          "cabral2011 has a sky of its own; leave --sky, --input-sky, --cloud, "
+          "--ground-albedo and the panorama's options out, or the method");
     }
     light.input = light.target = {.model = SkyModel::kCabral2011,
                                   .turbidity = options.turbidity,
@@ -98,6 +113,23 @@ RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
     throw OptionError("--cloud covers a clear sky; leave it out with --sky " +
                       options.sky);
   }
+  const auto has = [&](SkyModel model) {
+    return wanted.model == model || input.model == model;
+  };
+  if (!has(SkyModel::kPanorama) &&
+      (options.panorama_heading_deg || options.panorama_scale)) {
+    throw OptionError(
+        "--panorama-heading and --panorama-scale belong to a panorama; leave them out, "
+        "or give one as --sky panorama:FILE");
+  }
+  const bool may_be_atmosphere =
+      has(SkyModel::kAtmosphere) ||
+      ((wanted.IsClear() && !wanted.model) || (input.IsClear() && !input.model));
+  if (options.ground_albedo && !may_be_atmosphere) {
+    throw OptionError(
+        "--ground-albedo belongs to the sky atmosphere; leave it out, or give --sky "
+        "atmosphere");
+  }
   // One clear model for all that leave it open
   const bool low = lowest_sun_rad <= 0;  // No other clear sky has a twilight
   SkyModel clear = low ? SkyModel::kAtmosphere : SkyModel::kPreetham;
@@ -108,10 +140,17 @@ RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
     chosen = false;
   }
   const auto options_of = [&](const SkyChoice& choice, double cloud) {
-    return DaylightOptions{.model = choice.model.value_or(clear),
-                           .turbidity = options.turbidity,
-                           .cie_type = choice.cie_type,
-                           .cloud = cloud};
+    DaylightOptions sky{.model = choice.model.value_or(clear),
+                        .turbidity = options.turbidity,
+                        .cie_type = choice.cie_type,
+                        .cloud = cloud};
+    if (sky.model == SkyModel::kAtmosphere) sky.ground_albedo = options.ground_albedo;
+    if (sky.model == SkyModel::kPanorama) {
+      sky.panorama = PanoramaOf(choice, light.input.panorama);
+      sky.panorama_heading_deg = options.panorama_heading_deg;
+      sky.panorama_scale = options.panorama_scale;
+    }
+    return sky;
   };
   light.input = options_of(input, 0.0);
   light.target = options_of(wanted, options.cloud);
@@ -122,8 +161,17 @@ RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
         "all, "
         "and the ratio is the simulation's alone");
   }
+  if (options.ground_albedo && light.input.model != SkyModel::kAtmosphere &&
+      light.target.model != SkyModel::kAtmosphere) {
+    light.notes.push_back("--ground-albedo is not used: the sky is " +
+                          SkyInWords(light.target) +
+                          ", and only atmosphere knows the ground (--sky atmosphere)");
+  }
+  // Skies of one level: docs/skies.md
   const auto kind = [](const DaylightOptions& of) {
-    return of.model == SkyModel::kAtmosphere ? 1 : 0;
+    const bool absolute =
+        of.model == SkyModel::kPanorama && (of.panorama_scale || of.panorama->absolute);
+    return of.model == SkyModel::kAtmosphere ? 1 : absolute ? 2 : 0;
   };
   if (kind(light.input) != kind(light.target)) {
     light.notes.push_back(

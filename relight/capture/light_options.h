@@ -9,6 +9,7 @@
 #include "relight/scattering/sky_transmittance.h"
 #include "relight/sky/daylight.h"
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ struct LightOptions {
   double cloud = 0.0;          // Share of the wanted hour's sky; clear skies only.
   std::optional<double> turbidity = {};  // Left out: by the photos' sky, else 3.
   bool sunset_correction = false;        // [Cabral11 §7.1]'s exponents; cabral2011 only.
+  std::optional<double> ground_albedo = {};         // Of an atmosphere.
+  std::optional<double> panorama_heading_deg = {};  // Of panoramas, as daylight.h has it.
+  std::optional<double> panorama_scale = {};
 };
 
 template <class Visitor>
@@ -41,8 +45,10 @@ void Describe(LightOptions& o, Visitor&& field) {
   field(o.method,
         FieldInfo{"method", "", "how light is modelled: default or cabral2011"});
   field(o.sky,
-        FieldInfo{
-            "sky", "", "wanted: auto, preetham, atmosphere, overcast, cie:1 to cie:15"});
+        FieldInfo{"sky",
+                  "",
+                  "wanted: auto, preetham, atmosphere, overcast, cie:1 to cie:15, or "
+                  "panorama:FILE, a lat-long .exr or .hdr"});
   field(o.input_sky,
         FieldInfo{"input-sky",
                   "",
@@ -58,13 +64,30 @@ void Describe(LightOptions& o, Visitor&& field) {
       o.sunset_correction,
       FieldInfo{
           "sunset-correction", "", "a low sun fades faster [Cabral11, 7.1]; cabral2011"});
+  field(o.ground_albedo,
+        FieldInfo{"ground-albedo",
+                  "",
+                  "light that the ground reflects into the sky atmosphere; left out, 0.2",
+                  Between(0, 1)});
+  field(o.panorama_heading_deg,
+        FieldInfo{"panorama-heading",
+                  "deg",
+                  "azimuth of a panorama's middle from true north; left out, as its sun "
+                  "tells",
+                  Between(-360, 360)});
+  field(o.panorama_scale,
+        FieldInfo{"panorama-scale",
+                  "cd/m2",
+                  "luminance of a panorama's value of 1; left out, the level of the day",
+                  Above(0)});
 }
 
 // A sky by its word. `model` unset: auto.
 struct SkyChoice {
   std::optional<SkyModel> model;
   int cie_type = kCieOvercast;
-  bool IsClear() const { return model != SkyModel::kCie; }
+  std::filesystem::path panorama = {};
+  bool IsClear() const { return model != SkyModel::kCie && model != SkyModel::kPanorama; }
 };
 
 // Throws OptionError that names the `option` and what it may be.
@@ -79,11 +102,12 @@ struct RunLight {
 };
 
 // `lowest_sun_rad` of the input and all targets: at 0 or below `auto` is atmosphere,
-// else preetham. Throws OptionError for what does not go together (a turbidity or a sky
-// with cabral2011, clouds over an overcast sky).
+// else preetham. Panoramas are read. Throws OptionError for what does not go together (a
+// turbidity or a sky with cabral2011, clouds over an overcast sky), InputError as
+// ReadPanorama does.
 RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad);
 
-// "preetham", "cie:3", "atmosphere under 0.4 of clouds".
+// "preetham", "cie:3", "atmosphere under 0.4 of clouds", "panorama:noon.hdr".
 std::string SkyInWords(const DaylightOptions& sky);
 
 // The elevation [deg] that the sun must be above at the photo's and at a wanted hour.

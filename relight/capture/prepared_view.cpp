@@ -360,8 +360,12 @@ void PrepareAlone(const ViewPlan& plan, const Begin& begin, PreparedView& view) 
   }
   std::tie(view.camera, view.tree.grid) = StandIn(plan, view.cut.alpha, view.notes);
   view.tree.occupied = FindOccupied(view.tree.grid);
-  view.tree.sky_transmittance = ProjectTransmittance(
-      view.tree.grid, view.tree.occupied, plan.options.sky_transmittance, begin("light"));
+  view.tree.occluder = OccluderOf(plan.options);
+  view.tree.sky_transmittance = ProjectTransmittance(view.tree.grid,
+                                                     view.tree.occupied,
+                                                     plan.options.sky_transmittance,
+                                                     begin("light"),
+                                                     view.tree.occluder.get());
   view.progress = BeginVerb(plan, begin);
   if (AirIsAsked(plan)) {
     std::vector<SkySample> samples;

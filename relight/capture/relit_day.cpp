@@ -55,12 +55,15 @@ std::string RunHash(const DayPlan& plan,
   std::string text = std::string(Version()) + "\n" + FieldsText(plan.view.options) + "\n";
   for (const DaylightOptions& sky : {light.input, light.target}) {
     text += SkyInWords(sky) + " " + FieldText(sky.turbidity) + "\n";
+    if (sky.panorama) text += sky.panorama->hash + "\n";
   }
   const auto& sun = plan.view.input.sun;
   for (const double value : {sun.azimuth_rad, sun.elevation_rad, exposure_ev}) {
     text += FieldText(value) + "\n";
   }
   text += plan.request.format + (plan.request.alone ? " alone\n" : "\n");
+  const std::string& occluder = plan.view.options.neighbours.occluder;
+  if (!occluder.empty()) text += HashOfFile(occluder) + "\n";
   if (plan.request.over) text += HashOfFile(*plan.request.over) + "\n";
   const Camera& camera = view.camera;
   for (const auto& m : {camera.PositionInWorld(), camera.ForwardInWorld()}) {
@@ -334,6 +337,14 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
   }
   RelitView relit(view, plan.view.options, plan.view.input.sun, lowest_sun_rad);
   result.light = relit.light();
+  const std::vector<std::string> of_panoramas =
+      relit.NotesOfPanoramas(plan.frames.front().light.sun);
+  result.notes.insert(result.notes.end(), of_panoramas.begin(), of_panoramas.end());
+  if (result.light.target.panorama && plan.frames.size() > 1) {
+    result.notes.push_back(
+        result.light.target.panorama->file.string() +
+        ": one moment's sky lights all frames; what is said of its sun is of the first");
+  }
   result.notes.insert(
       result.notes.end(), result.light.notes.begin(), result.light.notes.end());
   FrameMaker maker{plan, view, relit, {}};
@@ -381,6 +392,7 @@ DayResult RunDay(const DayPlan& plan, const StageStart& start) {
     part.Report(1);
   }
   if (writing.valid()) writing.get();
+  if (relit.fit()) result.notes.push_back(FitInWords(*relit.fit()));
 
   // The table, and what shows all frames
   result.sun_table = plan.folder / "sun.csv";

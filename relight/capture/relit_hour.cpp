@@ -111,11 +111,15 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
   RelitView relit(
       view, plan.view.options, plan.view.input.sun, plan.target.sun.elevation_rad);
   result.light = relit.light();
+  const std::vector<std::string> of_panoramas = relit.NotesOfPanoramas(plan.target.sun);
   result.notes.insert(
       result.notes.end(), result.light.notes.begin(), result.light.notes.end());
+  result.notes.insert(result.notes.end(), of_panoramas.begin(), of_panoramas.end());
   const RelitTree tree = relit.TreeUnder(
       plan.target.sun, view.progress.Part(0, 0.4), r.correction_features.has_value());
 
+  result.fit = relit.fit();
+  if (result.fit) result.notes.push_back(FitInWords(*result.fit));
   const std::vector<std::string> costs =
       AccuracyNotes({.input = plan.view.input.sun,
                      .heading_rad = RadFromDeg(plan.view.heading_deg),

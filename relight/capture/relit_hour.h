@@ -8,9 +8,11 @@
 #include "relight/capture/light_options.h"
 #include "relight/capture/prepared_view.h"
 #include "relight/photo/write_photo.h"
+#include "relight/ratio/light_fit.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,7 @@ struct HourResult {
   std::vector<std::filesystem::path> files;
   std::vector<std::string> notes;  // What a user should know of the result.
   RunLight light;                  // Of both hours.
+  std::optional<LightFit> fit;     // With --fit-light.
   double mean_ratio = 0.0;         // Luminance, inside the matte.
   double weak_share = 0.0;         // Of the matte: rays that meet no volume.
   double exposure_ev = 0.0;        // Applied.

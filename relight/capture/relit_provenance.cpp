@@ -46,6 +46,13 @@ Provenance ProvenanceOf(const ViewPlan& view,
                          {"exposure_ev", kind.exposure_ev},
                          {"input_sky", SkyInWords(kind.light.input)},
                          {"sky", SkyInWords(kind.light.target)}};
+  for (const auto& [name, sky] : {std::pair("input_sky_hash", &kind.light.input),
+                                  std::pair("sky_hash", &kind.light.target)}) {
+    if (sky->panorama) json[name] = sky->panorama->hash;
+  }
+  if (!view.options.neighbours.occluder.empty()) {
+    json["occluder_hash"] = HashOfFile(view.options.neighbours.occluder);
+  }
   if (kind.light.target.turbidity) json["turbidity"] = *kind.light.target.turbidity;
   if (!hashes.volume.empty()) json["volume_hash"] = hashes.volume;
   if (view.place) {

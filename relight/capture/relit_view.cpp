@@ -68,29 +68,85 @@ Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
 
 Daylight RelitView::DaylightOfPhoto() const { return MakeDaylight(input_, light_.input); }
 
+std::vector<std::string> RelitView::NotesOfPanoramas(const SolarPosition& target) const {
+  std::vector<std::string> notes = PanoramaNotes(input_, light_.input);
+  for (const std::string& note : PanoramaNotes(target, light_.target)) {
+    if (std::find(notes.begin(), notes.end(), note) == notes.end()) {
+      notes.push_back(note);
+    }
+  }
+  return notes;
+}
+
+ArrivingLight RelitView::Arriving(const Tree& tree, const Daylight& daylight) const {
+  const ArrivingLightOptions transport =
+      TransportOf(options_.light.method, options_.transport);
+  ArrivingLight light = LightArriving(tree.grid,
+                                      tree.occupied,
+                                      tree.sky_transmittance,
+                                      daylight,
+                                      transport,
+                                      tree.occluder.get());
+  AddHotSpot(tree.grid,
+             tree.occupied,
+             daylight,
+             view_.camera.PositionInWorld(),
+             transport.gap_length_m,
+             light);
+  if (fit_) {
+    const auto sky = static_cast<float>(std::exp(fit_->sky.log_value));
+    for (Eigen::Array3f& color : light.sky) color *= sky;
+  }
+  return light;
+}
+
+const LightFit& RelitView::FitLight(const Progress& progress) {
+  constexpr double kStep = 0.35;  // Of ln s; the prior's deviation is 0.3
+  const Daylight daylight = DaylightOfPhoto();
+  const auto scaled = [&](double log_scale) {
+    Tree tree = view_.tree;
+    for (float& sigma : tree.grid.sigma_per_m) {
+      sigma *= static_cast<float>(std::exp(log_scale));
+    }
+    tree.sky_transmittance =
+        ProjectTransmittance(tree.grid, tree.occupied, options_.sky_transmittance);
+    return tree;
+  };
+  const auto judged = [&](const Tree& tree) {
+    const ArrivingLight light = Arriving(tree, daylight);
+    const ViewLight seen = LightOfView(
+        tree.grid, tree.occupied, light, light, view_.camera, view_.cut.alpha);
+    return FitSky(
+        ShadingOf(seen.images.lights[0], view_.cut.foreground, view_.cut.alpha));
+  };
+  std::vector<double> log_scales, costs;
+  for (int i = -2; i <= 2; ++i) {
+    log_scales.push_back(i * kStep);
+    costs.push_back(judged(scaled(i * kStep)).least);
+    progress.Report((i + 3) / 6.0);
+  }
+  LightFit fit;
+  fit.density = FitScale(log_scales, costs);
+  fitted_tree_ = scaled(fit.density.log_value);
+  const SkyFit sky = judged(*fitted_tree_);
+  fit.sky = sky.sky;
+  fit.spread = sky.spread;
+  fit.unfitted = judged(view_.tree).unfitted;
+  fit_ = fit;
+  return *fit_;
+}
+
 RelitTree RelitView::TreeUnder(const SolarPosition& target,
                                const Progress& progress,
                                bool with_features) {
-  const Tree& tree = view_.tree;
   const bool ours = options_.light.method == Method::kDefault;
-  const ArrivingLightOptions transport =
-      TransportOf(options_.light.method, options_.transport);
-  const auto arriving = [&](const Daylight& daylight) {
-    ArrivingLight light = LightArriving(
-        tree.grid, tree.occupied, tree.sky_transmittance, daylight, transport);
-    AddHotSpot(tree.grid,
-               tree.occupied,
-               daylight,
-               view_.camera.PositionInWorld(),
-               transport.gap_length_m,
-               light);
-    return light;
-  };
+  if (options_.fit.fit_light && !fit_) FitLight(progress.Part(0, 0.25));
+  const Tree& tree = fitted_tree_ ? *fitted_tree_ : view_.tree;
   RelitTree relit;
   const Daylight input_daylight = DaylightOfPhoto();
   const Daylight target_daylight = DaylightUnder(target);
-  if (!input_light_) input_light_ = arriving(input_daylight);
-  const ArrivingLight target_light = arriving(target_daylight);
+  if (!input_light_) input_light_ = Arriving(tree, input_daylight);
+  const ArrivingLight target_light = Arriving(tree, target_daylight);
   progress.Report(0.3);
   if (view_light_) {
     relit.light = UnderTarget(
@@ -131,7 +187,8 @@ RelitTree RelitView::TreeUnder(const SolarPosition& target,
 }
 
 GroundShadow RelitView::ShadowOnGround(const Daylight& daylight) const {
-  return MakeGroundShadow(view_.tree.grid, daylight, options_.shadow);
+  return MakeGroundShadow(
+      view_.tree.grid, daylight, options_.shadow, {}, view_.tree.occluder.get());
 }
 
 const PhotoShadow& RelitView::ShadowOfPhoto(const Progress& progress) {

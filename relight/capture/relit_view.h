@@ -9,6 +9,7 @@
 #include "relight/composite/ground_shadow.h"
 #include "relight/composite/old_shadow.h"
 #include "relight/ratio/correction.h"
+#include "relight/ratio/light_fit.h"
 #include "relight/ratio/relight_view.h"
 #include "relight/sky/daylight.h"
 
@@ -17,6 +18,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace relight {
 
@@ -70,10 +72,18 @@ class RelitView {
   Daylight DaylightUnder(const SolarPosition& sun) const;
   Daylight DaylightOfPhoto() const;
 
+  // How panoramas are taken for the photo's hour and a wanted one (daylight.h).
+  std::vector<std::string> NotesOfPanoramas(const SolarPosition& target) const;
+
+  // What the photo's own shading says, once TreeUnder has asked it (--fit-light).
+  const std::optional<LightFit>& fit() const { return fit_; }
+
   // The skies of the run, with the turbidity that is used.
   const RunLight& light() const { return light_; }
 
  private:
+  ArrivingLight Arriving(const Tree& tree, const Daylight& daylight) const;
+  const LightFit& FitLight(const Progress& progress);
   GroundShadow ShadowOnGround(const Daylight& daylight) const;
   const PhotoShadow& ShadowOfPhoto(const Progress& progress);
 
@@ -82,6 +92,8 @@ class RelitView {
   SolarPosition input_;
   RunLight light_;
   double input_luminance_ = 0.0;  // Of the tree, the mean.
+  std::optional<LightFit> fit_;
+  std::optional<Tree> fitted_tree_;  // Of the density that was fitted.
   std::optional<ArrivingLight> input_light_;
   std::optional<ViewLight> view_light_;  // Of any target: the input's part is kept.
   std::optional<CorrectionView> correction_view_;

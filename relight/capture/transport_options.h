@@ -5,10 +5,27 @@
 // `cabral2011` has ArrivingLightOptions{}. What each is worth: docs/decisions/0008.
 
 #include "relight/base/error.h"
+#include "relight/base/field.h"
 #include "relight/capture/light_options.h"
 #include "relight/scattering/arriving_light.h"
 
+#include <string>
+
 namespace relight {
+
+// What stands beside the tree.
+struct NeighbourOptions {
+  std::string occluder = {};  // A file as ReadOccluder takes it; empty: nothing.
+};
+
+template <class Visitor>
+void Describe(NeighbourOptions& o, Visitor&& field) {
+  field(o.occluder,
+        FieldInfo{"occluder",
+                  "",
+                  "what casts its shadow on the tree: .obj or .vdb in metres, x east, y "
+                  "north, z up from the tree's foot"});
+}
 
 inline ArrivingLightOptions OurTransport() {
   return {.sun_directions = 16, .own_shade = 0, .gap_length_m = 0.05};

@@ -35,10 +35,10 @@ std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
 }
 
 std::string LightKey(const Capture& capture, const CaptureOptions& options) {
-  return StageKey("light 2")
-      .Add(FieldsText(options.sky_transmittance))
-      .AddFile(capture.folder / kVolumeFile)
-      .Hash();
+  StageKey key("light 2");
+  key.Add(FieldsText(options.sky_transmittance)).AddFile(capture.folder / kVolumeFile);
+  if (!options.neighbours.occluder.empty()) key.AddFile(options.neighbours.occluder);
+  return key.Hash();
 }
 
 bool IsStale(StageRecords::State state) {
@@ -46,6 +46,12 @@ bool IsStale(StageRecords::State state) {
 }
 
 }  // namespace
+
+std::shared_ptr<const Occluder> OccluderOf(const CaptureOptions& options) {
+  const std::string& file = options.neighbours.occluder;
+  if (file.empty()) return nullptr;
+  return std::make_shared<const Occluder>(ReadOccluder(file));
+}
 
 std::map<std::string, Camera> VolumeCamerasOf(const Capture& capture,
                                               const CaptureOptions& options) {
@@ -202,14 +208,15 @@ Tree TreeOf(const Capture& capture,
   Tree tree;
   tree.grid = ReadVolume(capture.folder / kVolumeFile);
   tree.occupied = FindOccupied(tree.grid);
+  tree.occluder = OccluderOf(options);
   const int bands = options.sky_transmittance.bands;
   if (!LightIsStale(capture, records, options, force)) {
     tree.sky_transmittance = PackedSky(
         bands, ReadChannels(capture.folder / kLightFile, tree.grid, "sh", bands * bands));
     return tree;
   }
-  tree.sky_transmittance =
-      ProjectTransmittance(tree.grid, tree.occupied, options.sky_transmittance, progress);
+  tree.sky_transmittance = ProjectTransmittance(
+      tree.grid, tree.occupied, options.sky_transmittance, progress, tree.occluder.get());
   const fs::path folder = MakeFolderOf(capture.folder, kLightFile.parent_path());
   // Floats in the file; what is too large to keep is made again each time
   const std::uintmax_t bytes =

@@ -7,6 +7,7 @@
 #include "relight/base/progress.h"
 #include "relight/capture/capture.h"
 #include "relight/capture/stage_records.h"
+#include "relight/scattering/occluder.h"
 #include "relight/scattering/sky_transmittance.h"
 #include "relight/volume/extinction_grid.h"
 #include "relight/volume/opacity_estimation.h"
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,7 +26,11 @@ struct Tree {
   ExtinctionGrid grid;
   OccupiedVoxels occupied;
   SkyTransmittance sky_transmittance;
+  std::shared_ptr<const Occluder> occluder = {};  // Unset: nothing beside the tree.
 };
+
+// The occluder that the options name. Throws InputError as ReadOccluder does.
+std::shared_ptr<const Occluder> OccluderOf(const CaptureOptions& options);
 
 // Cameras of the views that the volume is made from (view_selection.h). Throws as
 // CamerasOf does.

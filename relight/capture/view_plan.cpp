@@ -371,6 +371,7 @@ ViewPlan PlanView(const ViewRequest& request,
   plan.options = OptionsFrom(of_capture, request.options);
   // Says now what does not go together
   static_cast<void>(LightOfRun(plan.options.light, RadFromDeg(45)));
+  static_cast<void>(OccluderOf(plan.options));
   PhotoFacts facts;
   facts.file = plan.photo.string();
   if (!in_memory || fs::is_regular_file(plan.photo)) facts = ReadPhotoFacts(plan.photo);

@@ -448,10 +448,37 @@ cv::Vec3f GroundShadow::At(const Eigen::Vector2d& ground_m) const {
   return left;
 }
 
+namespace {
+
+// T <- 1 - T_o (1 - T): what the occluder hides is not the tree's to hide.
+void HideSun(const Occluder& occluder,
+             const Eigen::Vector3d& sun,
+             double ground_z_m,
+             GroundMap& map) {
+  constexpr double kAbove_m = 1e-3;  // The foot of a wall stands on the ground
+  cv::Mat1f values = map.values;
+  ParallelRanges(values.rows, kRowsAtOnce, [&](int begin, int end) {
+    for (int j = begin; j < end; ++j) {
+      for (int i = 0; i < values.cols; ++i) {
+        float& value = values(j, i);
+        if (value >= 1) continue;
+        const Eigen::Vector2d at =
+            map.corner_m + map.texel_m * Eigen::Vector2d(i + 0.5, j + 0.5);
+        const double seen =
+            occluder.Transmittance({at.x(), at.y(), ground_z_m + kAbove_m}, sun);
+        value = static_cast<float>(1 - seen * (1 - value));
+      }
+    }
+  });
+}
+
+}  // namespace
+
 GroundShadow MakeGroundShadow(const ExtinctionGrid& grid,
                               const Daylight& daylight,
                               const GroundShadowOptions& options,
-                              const Progress& progress) {
+                              const Progress& progress,
+                              const Occluder* occluder) {
   CheckFields(options);
   GroundShadow shadow;
   shadow.ground_z_m = options.ground_z_m;
@@ -475,6 +502,9 @@ GroundShadow MakeGroundShadow(const ExtinctionGrid& grid,
   if ((shadow.sun_share > 0).any()) {
     shadow.sun = SunMap(
         grid, box, daylight.sun_direction, options.ground_z_m, progress.Part(0, 0.3));
+    if (occluder != nullptr) {
+      HideSun(*occluder, daylight.sun_direction, options.ground_z_m, shadow.sun);
+    }
   }
   if ((sky > 0).any()) {
     shadow.sky = SkyMap(grid,

@@ -27,6 +27,7 @@
 #include "relight/base/field.h"
 #include "relight/base/progress.h"
 #include "relight/cameras/camera.h"
+#include "relight/scattering/occluder.h"
 #include "relight/sky/daylight.h"
 #include "relight/volume/extinction_grid.h"
 
@@ -79,12 +80,15 @@ struct GroundShadow {
 };
 
 // The sky's part ends where the sky that the tree hides is less than 1/255 of all light;
-// it goes to 1 there without a step. Voxels below the ground cast no shadow. Throws
+// it goes to 1 there without a step. Voxels below the ground cast no shadow. Where an
+// `occluder` hides the sun from the ground, the tree takes none from it: T of (G9) is 1 -
+// T_o (1 - T), T_o the occluder's; of the sky both have their own part. Throws
 // OptionError, Cancelled. The result does not depend on the threads.
 GroundShadow MakeGroundShadow(const ExtinctionGrid& grid,
                               const Daylight& daylight,
                               const GroundShadowOptions& options = {},
-                              const Progress& progress = {});
+                              const Progress& progress = {},
+                              const Occluder* occluder = nullptr);
 
 // s of (G7) in the rows row_begin … row_end - 1 of the camera, the mean over each pixel;
 // 1 where a ray does not meet the ground. RGB, linear, in [0, 1].

@@ -55,6 +55,7 @@ std::optional<PictureFormat> SniffFormat(const fs::path& path, std::string_view 
   if (starts("\xFF\xD8\xFF")) return PictureFormat::kJpeg;
   if (starts("\x89PNG\r\n\x1A\n")) return PictureFormat::kPng;
   if (starts("\x76\x2F\x31\x01")) return PictureFormat::kExr;
+  if (starts("#?RADIANCE") || starts("#?RGBE")) return PictureFormat::kHdr;
   if (starts("ftypcrx", 4)) return PictureFormat::kRaw;
   if (starts("ftyp", 4)) return PictureFormat::kHeif;
   if (HasRawExtension(path)) return PictureFormat::kRaw;
@@ -79,6 +80,8 @@ const char* ReaderName(PictureFormat format) {
       return "raw";
     case PictureFormat::kExr:
       return "openexr";
+    case PictureFormat::kHdr:
+      return "hdr";
   }
   return "";
 }
@@ -163,7 +166,8 @@ void PictureFile::RefuseDamaged(const std::string& detail) const {
          "; copy it again from the camera or card, or save it again");
 }
 
-PictureFile::PictureFile(const fs::path& path) : path_(path), input_(new Input) {
+PictureFile::PictureFile(const fs::path& path, bool takes_hdr)
+    : path_(path), input_(new Input) {
   // What is there at all
   std::error_code status;
   if (!fs::exists(path, status)) Refuse("no such file; check the name");
@@ -182,6 +186,11 @@ PictureFile::PictureFile(const fs::path& path) : path_(path), input_(new Input) 
            kFormats);
   }
   format_ = *format;
+  if (format_ == PictureFormat::kHdr && !takes_hdr) {
+    Refuse(
+        "is a Radiance .hdr, which relight takes as a panorama of the sky alone (--sky "
+        "panorama:FILE); save it as OpenEXR");
+  }
 
   // Cut off, as the file's own structure says
   if (format_ == PictureFormat::kJpeg && !JpegIsWhole(ReadText(path))) RefuseDamaged("");

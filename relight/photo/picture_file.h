@@ -2,7 +2,8 @@
 #pragma once
 
 // A picture file as it is stored, of the formats relight reads: JPEG, PNG, TIFF, HEIC,
-// RAW and OpenEXR. Private to this folder; the only reader of pixels and metadata.
+// RAW and OpenEXR; Radiance .hdr for panoramas alone. Private to this folder; the only
+// reader of pixels and metadata.
 
 #include "relight/base/progress.h"
 
@@ -17,13 +18,14 @@
 
 namespace relight {
 
-enum class PictureFormat { kJpeg, kPng, kTiff, kHeif, kRaw, kExr };
+enum class PictureFormat { kJpeg, kPng, kTiff, kHeif, kRaw, kExr, kHdr };
 
 class PictureFile {
  public:
   // Opens the file: its format is told by its first bytes, not by its name. Throws
-  // InputError when it is missing, a folder, none of the formats, or damaged.
-  explicit PictureFile(const std::filesystem::path& path);
+  // InputError when it is missing, a folder, none of the formats, or damaged; and when it
+  // is a .hdr that is not asked for.
+  explicit PictureFile(const std::filesystem::path& path, bool takes_hdr = false);
   ~PictureFile();
   PictureFile(const PictureFile&) = delete;
   PictureFile& operator=(const PictureFile&) = delete;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace relight {
 namespace {
@@ -83,6 +84,26 @@ ShadingPatches ShadingOf(const IrradianceImage& input,
     }
   }
   return patches;
+}
+
+std::string FitInWords(const LightFit& fit) {
+  std::ostringstream text;
+  text.precision(2);
+  text << std::fixed;
+  const auto add = [&](const FittedNumber& number) {
+    text << std::exp(number.log_value) << " ("
+         << std::exp(number.log_value - number.deviation) << " to "
+         << std::exp(number.log_value + number.deviation) << ") times as ";
+  };
+  text << "by the photo's own shading the sky is ";
+  add(fit.sky);
+  text << "strong" << (fit.sky.flat ? ", which it hardly tells," : "")
+       << " and the tree ";
+  add(fit.density);
+  text << "dense" << (fit.density.flat ? ", which it hardly tells" : "")
+       << "; what the light leaves unexplained goes from " << fit.unfitted << " to "
+       << fit.spread << " in the logarithm";
+  return text.str();
 }
 
 SkyFit FitSky(const ShadingPatches& patches) {

@@ -15,13 +15,28 @@
 // Where light from all sides shades alike, L is flat and the photo cannot tell: then the
 // answer is the prior's, and `flat` says so.
 
+#include "relight/base/field.h"
 #include "relight/scattering/single_scattering.h"
 
 #include <opencv2/core.hpp>
 
+#include <string>
 #include <vector>
 
 namespace relight {
+
+struct LightFitOptions {
+  bool fit_light = false;
+};
+
+template <class Visitor>
+void Describe(LightFitOptions& o, Visitor&& field) {
+  field(o.fit_light,
+        FieldInfo{"fit-light",
+                  "",
+                  "strength of the sky and density of the tree by the photo's own shading, "
+                  "as far as it tells them"});
+}
 
 // One number a patch, all positive.
 struct ShadingPatches {
@@ -46,6 +61,17 @@ struct SkyFit {
   double spread = 0.0;    // Square root of var at k, and
   double unfitted = 0.0;  // at k = 0.
 };
+
+// Of a view: both, and what they repay.
+struct LightFit {
+  FittedNumber density;   // ln s
+  FittedNumber sky;       // k
+  double spread = 0.0;    // Of ln P - ln(A + e^k B), fitted, and
+  double unfitted = 0.0;  // as the simulation is.
+};
+
+// "by the photo's own shading the sky is 0.83 (0.71 to 0.97) times …": what is shown.
+std::string FitInWords(const LightFit& fit);
 
 // Fewer than 8 patches tell nothing: the prior.
 SkyFit FitSky(const ShadingPatches& patches);

@@ -17,12 +17,9 @@ static_assert(sizeof(Eigen::Array3f) == 3 * sizeof(float), "colours lie side by 
 
 constexpr double kSunRadius_rad = 0.004652;  // Seen from the earth's mean distance
 
-// The centre's, or the mean over the disc.                                      (S2)
-std::vector<float> OverDisc(const ExtinctionGrid& grid,
-                            const OccupiedVoxels& occupied,
-                            const Eigen::Vector3d& sun,
-                            int directions) {
-  if (directions == 1) return TransmittanceAlong(grid, occupied, sun);
+// To the sun's centre, or over its disc.                                        (S2)
+std::vector<Eigen::Vector3d> OverDisc(const Eigen::Vector3d& sun, int directions) {
+  if (directions == 1) return {sun};
   // a is level, so that the pattern goes along with the sun without a turn
   const bool zenith = sun.head<2>().norm() < 1e-9;
   const Eigen::Vector3d a =
@@ -30,19 +27,15 @@ std::vector<float> OverDisc(const ExtinctionGrid& grid,
              : Eigen::Vector3d(Eigen::Vector3d::UnitZ().cross(sun).normalized());
   const Eigen::Vector3d b = sun.cross(a);
   constexpr double kGolden_rad = 2.399963229728653;  // pi (3 - sqrt 5)
-  const RowExtents rows = FindRowExtents(grid);
-  std::vector<float> mean(occupied.cell.size(), 0.0f);
+  std::vector<Eigen::Vector3d> disc;
   for (int i = 0; i < directions; ++i) {
     const double radius = std::tan(kSunRadius_rad) * std::sqrt((i + 0.5) / directions);
     const double turn_rad = i * kGolden_rad;
     const Eigen::Vector3d direction =
         sun + radius * (std::cos(turn_rad) * a + std::sin(turn_rad) * b);
-    const std::vector<float> tau =
-        TransmittanceAlong(grid, occupied, rows, direction.normalized());
-    const float share = 1.0f / static_cast<float>(directions);
-    for (std::size_t v = 0; v < mean.size(); ++v) mean[v] += share * tau[v];
+    disc.push_back(direction.normalized());
   }
-  return mean;
+  return disc;
 }
 
 }  // namespace
@@ -50,10 +43,12 @@ std::vector<float> OverDisc(const ExtinctionGrid& grid,
 std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
                                     const OccupiedVoxels& occupied,
                                     const Eigen::Vector3d& sun_direction,
-                                    const ArrivingLightOptions& options) {
+                                    const ArrivingLightOptions& options,
+                                    const Occluder* occluder) {
   CheckFields(options);
-  std::vector<float> tau =
-      OverDisc(grid, occupied, sun_direction, options.sun_directions);
+  const std::vector<Eigen::Vector3d> disc =
+      OverDisc(sun_direction, options.sun_directions);
+  std::vector<float> tau = MeanTransmittanceAlong(grid, occupied, disc);
   if (options.own_shade < 1) {  // (S3)
     const double half_m = grid.cell_m / 2 / sun_direction.cwiseAbs().maxCoeff();
     for (std::size_t v = 0; v < tau.size(); ++v) {
@@ -63,6 +58,20 @@ std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
       tau[v] = std::min(1.0f, tau[v] * static_cast<float>(own));
     }
   }
+  if (occluder == nullptr || occluder->empty()) return tau;
+  constexpr int kVoxels = 1024;  // A task
+  ParallelRanges(static_cast<int>(tau.size()), kVoxels, [&](int begin, int end) {
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end);
+         ++v) {
+      const Eigen::Vector3i& at = occupied.cell[v];
+      const Eigen::Vector3d center = grid.Center(at.x(), at.y(), at.z());
+      double left = 0;
+      for (const Eigen::Vector3d& direction : disc) {
+        left += occluder->Transmittance(center, direction);
+      }
+      tau[v] *= static_cast<float>(left / static_cast<double>(disc.size()));
+    }
+  });
   return tau;
 }
 
@@ -70,7 +79,8 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
                             const OccupiedVoxels& occupied,
                             const SkyTransmittance& sky_transmittance,
                             const Daylight& daylight,
-                            const ArrivingLightOptions& options) {
+                            const ArrivingLightOptions& options,
+                            const Occluder* occluder) {
   CheckFields(options);
   const std::size_t voxels = occupied.cell.size();
   Require(sky_transmittance.bands > 0 && sky_transmittance.voxels == voxels,
@@ -81,7 +91,7 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
   // The sun, attenuated on its way in
   if ((daylight.sun_irradiance > 0).any()) {
     const std::vector<float> tau =
-        SunTransmittance(grid, occupied, daylight.sun_direction, options);
+        SunTransmittance(grid, occupied, daylight.sun_direction, options, occluder);
     const Eigen::Array3f sun = daylight.sun_irradiance.cast<float>();
     for (std::size_t v = 0; v < voxels; ++v) light.sun[v] = sun * tau[v];
   }

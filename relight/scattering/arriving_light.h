@@ -74,18 +74,22 @@ void Describe(ArrivingLightOptions& o, Visitor&& field) {
                   Between(0, 1)});
 }
 
-// tau(u, w_sun) for each non-empty voxel, as (S2) and (S3) say. Throws OptionError.
+// tau(u, w_sun) for each non-empty voxel, as (S2) and (S3) say, behind `occluder` where
+// given: by the mean of its T over the same directions. Throws OptionError.
 std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
                                     const OccupiedVoxels& occupied,
                                     const Eigen::Vector3d& sun_direction,
-                                    const ArrivingLightOptions& options = {});
+                                    const ArrivingLightOptions& options = {},
+                                    const Occluder* occluder = nullptr);
 
-// The sky's light is floored at 0: a few bands may overshoot in the darkest voxels.
+// The sky's light is floored at 0: a few bands may overshoot in the darkest voxels. What
+// an occluder takes of it is in `sky_transmittance`.
 // Throws OptionError.
 ArrivingLight LightArriving(const ExtinctionGrid& grid,
                             const OccupiedVoxels& occupied,
                             const SkyTransmittance& sky_transmittance,
                             const Daylight& daylight,
-                            const ArrivingLightOptions& options = {});
+                            const ArrivingLightOptions& options = {},
+                            const Occluder* occluder = nullptr);
 
 }  // namespace relight

@@ -48,7 +48,8 @@ SkyTransmittance FirstBands(const SkyTransmittance& sky, int bands) {
 SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const SkyTransmittanceOptions& options,
-                                      const Progress& progress) {
+                                      const Progress& progress,
+                                      const Occluder* occluder) {
   CheckFields(options);
   const std::vector<Eigen::Vector3d> directions = SphereDirections(options.directions);
   const double weight_sr = 4 * std::numbers::pi / options.directions;
@@ -58,8 +59,12 @@ SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
       basis.push_back(static_cast<float>(weight_sr * y));
     }
   }
+  FurtherDepth further;
+  if (occluder != nullptr && !occluder->empty()) {
+    further = OccluderDepth(*occluder, grid, occupied);
+  }
   return PackedSky(options.bands,
-                   ProjectSwept(grid, occupied, directions, basis, progress));
+                   ProjectSwept(grid, occupied, directions, basis, progress, further));
 }
 
 }  // namespace relight

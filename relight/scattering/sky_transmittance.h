@@ -15,6 +15,7 @@
 
 #include "relight/base/field.h"
 #include "relight/base/progress.h"
+#include "relight/scattering/occluder.h"
 #include "relight/volume/extinction_grid.h"
 
 #include <cstddef>
@@ -54,10 +55,12 @@ std::vector<std::vector<float>> UnpackedSky(const SkyTransmittance& sky);
 // The first bands of more.
 SkyTransmittance FirstBands(const SkyTransmittance& sky, int bands);
 
-// Throws OptionError, Cancelled. The result does not depend on the threads.
+// With `occluder`, where given, beside the tree. Throws OptionError, Cancelled. The
+// result does not depend on the threads.
 SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const SkyTransmittanceOptions& options = {},
-                                      const Progress& progress = {});
+                                      const Progress& progress = {},
+                                      const Occluder* occluder = nullptr);
 
 }  // namespace relight

@@ -71,6 +71,61 @@ void AddScaledOn(float* sum, float factor, const float* values, std::size_t coun
   }
 }
 
+void AddBundleOn(const RowStep* steps,
+                 std::size_t count,
+                 std::size_t rays,
+                 float share,
+                 int begin,
+                 int end,
+                 float* mean) {
+  const hn::CappedTag<float, 16> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN float edge[16] = {};
+  for (int x = begin; x < end; x += lanes) {
+    auto a0 = hn::Zero(d), a1 = a0, a2 = a0, a3 = a0, a4 = a0, a5 = a0, a6 = a0, a7 = a0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const RowStep& step = steps[i];
+      if (x >= step.to || x + lanes <= step.from) continue;
+      auto sigma = hn::Zero(d);
+      if (x >= step.from && x + lanes <= step.to) {
+        sigma = hn::LoadU(d, step.sigma + x);
+      } else {
+        for (int l = 0; l < lanes; ++l) {
+          edge[l] = x + l >= step.from && x + l < step.to ? step.sigma[x + l] : 0.0f;
+        }
+        sigma = hn::Load(d, edge);
+      }
+      const float* length = step.length.data();
+      a0 = hn::MulAdd(sigma, hn::Set(d, length[0]), a0);
+      a1 = hn::MulAdd(sigma, hn::Set(d, length[1]), a1);
+      a2 = hn::MulAdd(sigma, hn::Set(d, length[2]), a2);
+      a3 = hn::MulAdd(sigma, hn::Set(d, length[3]), a3);
+      a4 = hn::MulAdd(sigma, hn::Set(d, length[4]), a4);
+      a5 = hn::MulAdd(sigma, hn::Set(d, length[5]), a5);
+      a6 = hn::MulAdd(sigma, hn::Set(d, length[6]), a6);
+      a7 = hn::MulAdd(sigma, hn::Set(d, length[7]), a7);
+    }
+    HWY_ALIGN float depth[kBundle * 16];
+    hn::Store(a0, d, depth);
+    hn::Store(a1, d, depth + lanes);
+    hn::Store(a2, d, depth + 2 * lanes);
+    hn::Store(a3, d, depth + 3 * lanes);
+    hn::Store(a4, d, depth + 4 * lanes);
+    hn::Store(a5, d, depth + 5 * lanes);
+    hn::Store(a6, d, depth + 6 * lanes);
+    hn::Store(a7, d, depth + 7 * lanes);
+    for (int l = 0; l < lanes; ++l) edge[l] = x + l < end ? mean[x + l] : 0.0f;
+    auto sum = hn::Load(d, edge);
+    for (std::size_t ray = 0; ray < rays; ++ray) {
+      const auto tau =
+          Transmittance(d, hn::Load(d, depth + ray * static_cast<std::size_t>(lanes)));
+      sum = hn::Add(sum, hn::Mul(hn::Set(d, share), tau));
+    }
+    hn::Store(sum, d, edge);
+    for (int l = 0; l < std::min(lanes, end - x); ++l) mean[x + l] = edge[l];
+  }
+}
+
 void ExpOfNegativeOn(float* values, std::size_t count) {
   const hn::ScalableTag<float> d;
   const std::size_t lanes = hn::Lanes(d);
@@ -265,6 +320,7 @@ namespace relight {
 
 HWY_EXPORT(SweepRowOn);
 HWY_EXPORT(AddScaledOn);
+HWY_EXPORT(AddBundleOn);
 HWY_EXPORT(ExpOfNegativeOn);
 HWY_EXPORT(AddProjectionOn);
 HWY_EXPORT(ColorProductOn);
@@ -284,6 +340,16 @@ void SweepRow(const PlaneStep& step,
 
 void AddScaled(float* sum, float factor, const float* values, std::size_t count) {
   HWY_DYNAMIC_DISPATCH(AddScaledOn)(sum, factor, values, count);
+}
+
+void AddBundle(const RowStep* steps,
+               std::size_t count,
+               std::size_t rays,
+               float share,
+               int begin,
+               int end,
+               float* mean) {
+  HWY_DYNAMIC_DISPATCH(AddBundleOn)(steps, count, rays, share, begin, end, mean);
 }
 
 void ExpOfNegative(float* values, std::size_t count) {

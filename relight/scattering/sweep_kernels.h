@@ -4,6 +4,7 @@
 // Inner loops of transmittance.h, swept_transmittance.h and view_transport.h, as vectors
 // of the widest kind that the machine has, chosen when the program runs (Highway).
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -32,6 +33,26 @@ void SweepRow(const PlaneStep& step,
 
 // sum[i] += factor * values[i].
 void AddScaled(float* sum, float factor, const float* values, std::size_t count);
+
+// Rays that go together from each voxel of a row.
+inline constexpr std::size_t kBundle = 8;
+
+// A voxel on their way: of the row's voxel x it is sigma[x], for x in [from, to).
+struct RowStep {
+  const float* sigma = nullptr;
+  int from = 0, to = 0;
+  std::array<float, kBundle> length{};  // Of each ray inside of it.
+};
+
+// mean[x] += share * sum over the first `rays` rays of exp(-sum over steps of length
+// sigma), for x in [begin, end). Steps in the order of the rays.
+void AddBundle(const RowStep* steps,
+               std::size_t count,
+               std::size_t rays,
+               float share,
+               int begin,
+               int end,
+               float* mean);
 
 // values[i] = exp(-values[i]).
 void ExpOfNegative(float* values, std::size_t count);

@@ -185,7 +185,8 @@ std::vector<std::vector<float>> ProjectSwept(const ExtinctionGrid& grid,
                                              const OccupiedVoxels& occupied,
                                              std::span<const Eigen::Vector3d> directions,
                                              std::span<const float> basis,
-                                             const Progress& progress) {
+                                             const Progress& progress,
+                                             const FurtherDepth& further) {
   Require(!directions.empty() && basis.size() % directions.size() == 0,
           "as many functions of every direction");
   const std::size_t functions = basis.size() / directions.size();
@@ -209,8 +210,15 @@ std::vector<std::vector<float>> ProjectSwept(const ExtinctionGrid& grid,
         std::vector<float> lines;
         for (int d = from; d < to; ++d) {
           const auto place = static_cast<std::size_t>(d);
-          SweepDepths(
-              planes, directions[chosen[begin + place]], lines, &depths[place * padded]);
+          const Eigen::Vector3d& direction = directions[chosen[begin + place]];
+          float* depth = &depths[place * padded];
+          SweepDepths(planes, direction, lines, depth);
+          if (!further) continue;
+          std::vector<float> more(voxels, 0.0f);
+          further(direction, more);
+          for (std::size_t v = 0; v < voxels; ++v) {
+            depth[v] += more[static_cast<std::size_t>(planes.number[v])];
+          }
         }
       });
       std::vector<float> factors;

@@ -38,13 +38,17 @@ namespace relight {
 
 // p_c of (S5): result[c][voxel], voxels in the order of `occupied`. `basis` has as many
 // values a direction as there are functions: basis[d * functions + c]. `direction`: unit
-// vectors, away from the voxel. The result does not depend on the threads. Throws
-// Cancelled.
+// vectors, away from the voxel. `further`, where given, adds what else is on the way
+// along a direction to the optical depths of the voxels, from any thread. The result does
+// not depend on the threads. Throws Cancelled.
+using FurtherDepth =
+    std::function<void(const Eigen::Vector3d& direction, std::span<float> depth)>;
 std::vector<std::vector<float>> ProjectSwept(const ExtinctionGrid& grid,
                                              const OccupiedVoxels& occupied,
                                              std::span<const Eigen::Vector3d> directions,
                                              std::span<const float> basis,
-                                             const Progress& progress = {});
+                                             const Progress& progress = {},
+                                             const FurtherDepth& further = {});
 
 // tau(u, direction) of (S6) for each non-empty voxel.
 std::vector<float> TransmittanceSwept(const ExtinctionGrid& grid,

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace relight {
 
@@ -87,31 +88,103 @@ void RowOpticalDepth(const ExtinctionGrid& grid,
 std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const Eigen::Vector3d& direction) {
-  return TransmittanceAlong(grid, occupied, FindRowExtents(grid), direction);
+  return MeanTransmittanceAlong(grid, occupied, {&direction, 1});
 }
 
-std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
-                                      const OccupiedVoxels& occupied,
-                                      const RowExtents& rows,
-                                      const Eigen::Vector3d& direction) {
-  const std::vector<PatternStep> pattern = RayPattern(grid.cells, grid.cell_m, direction);
+namespace {
+
+// Voxels that some of eight rays cross, and how far each of them is inside.
+struct BundleStep {
+  int dx = 0, dy = 0, dz = 0;
+  std::array<float, kBundle> length_m{};
+};
+
+// A ray's steps go one voxel on along one axis, so that the number of voxels away orders
+// each ray's steps as they are.
+std::vector<BundleStep> BundlePattern(const ExtinctionGrid& grid,
+                                      std::span<const Eigen::Vector3d> directions) {
+  std::vector<BundleStep> steps;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    for (const PatternStep& one : RayPattern(grid.cells, grid.cell_m, directions[i])) {
+      BundleStep step{one.dx, one.dy, one.dz, {}};
+      step.length_m[i] = one.length_m;
+      steps.push_back(step);
+    }
+  }
+  const auto key = [](const BundleStep& s) {
+    return std::tuple(std::abs(s.dx) + std::abs(s.dy) + std::abs(s.dz), s.dz, s.dy, s.dx);
+  };
+  std::stable_sort(
+      steps.begin(), steps.end(), [&](const BundleStep& a, const BundleStep& b) {
+        return key(a) < key(b);
+      });
+  std::vector<BundleStep> merged;
+  for (const BundleStep& step : steps) {
+    if (merged.empty() || key(merged.back()) != key(step)) {
+      merged.push_back(step);
+      continue;
+    }
+    for (std::size_t i = 0; i < kBundle; ++i) {
+      merged.back().length_m[i] += step.length_m[i];
+    }
+  }
+  return merged;
+}
+
+}  // namespace
+
+std::vector<float> MeanTransmittanceAlong(const ExtinctionGrid& grid,
+                                          const OccupiedVoxels& occupied,
+                                          std::span<const Eigen::Vector3d> directions) {
+  Require(!directions.empty(), "one direction or more");
+  std::vector<std::vector<BundleStep>> bundles;
+  for (std::size_t i = 0; i < directions.size(); i += kBundle) {
+    bundles.push_back(BundlePattern(
+        grid, directions.subspan(i, std::min(kBundle, directions.size() - i))));
+  }
+  const RowExtents rows = FindRowExtents(grid);
+  const auto row_at = [&](int y, int z) {
+    return static_cast<std::size_t>(y) +
+           static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(z);
+  };
+  const float share = 1.0f / static_cast<float>(directions.size());
   std::vector<float> transmittance(occupied.cell.size());
   ParallelRanges(grid.cells.z(), 1, [&](int z_begin, int z_end) {
-    std::vector<float> depth(static_cast<std::size_t>(grid.cells.x()));
+    std::vector<float> mean(static_cast<std::size_t>(grid.cells.x()));
+    std::vector<RowStep> steps;
     for (int z = z_begin; z < z_end; ++z) {
       for (int y = 0; y < grid.cells.y(); ++y) {
-        const auto row =
-            static_cast<std::size_t>(y) +
-            static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(z);
+        const std::size_t row = row_at(y, z);
         const int begin = rows.first[row], end = rows.last[row] + 1;
         if (begin >= end) continue;
-        RowOpticalDepth(grid, rows, pattern, begin, end, y, z, depth.data());
-        ExpOfNegative(depth.data(), static_cast<std::size_t>(end - begin));
+        std::fill(mean.begin(), mean.end(), 0.0f);
+        for (std::size_t b = 0; b < bundles.size(); ++b) {
+          // What the row's rays meet
+          steps.clear();
+          for (const BundleStep& step : bundles[b]) {
+            const int source_y = y + step.dy, source_z = z + step.dz;
+            if (source_y < 0 || source_z < 0 || source_y >= grid.cells.y() ||
+                source_z >= grid.cells.z()) {
+              continue;
+            }
+            const std::size_t source = row_at(source_y, source_z);
+            const int from = std::max(begin, rows.first[source] - step.dx);
+            const int to = std::min(end, rows.last[source] + 1 - step.dx);
+            if (from >= to) continue;
+            // Of x = 0, which need not be in the row
+            const float* sigma =
+                grid.sigma_per_m.data() +
+                static_cast<std::ptrdiff_t>(grid.Index(0, source_y, source_z)) + step.dx;
+            steps.push_back({sigma, from, to, step.length_m});
+          }
+          const std::size_t count = std::min(kBundle, directions.size() - b * kBundle);
+          AddBundle(steps.data(), steps.size(), count, share, begin, end, mean.data());
+        }
         for (int x = begin; x < end; ++x) {
           const int voxel = occupied.of_cell[grid.Index(x, y, z)];
           if (voxel >= 0) {
             transmittance[static_cast<std::size_t>(voxel)] =
-                depth[static_cast<std::size_t>(x - begin)];
+                mean[static_cast<std::size_t>(x)];
           }
         }
       }

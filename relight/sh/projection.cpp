@@ -7,6 +7,24 @@
 
 namespace relight {
 
+namespace internal {
+
+const ProjectionTable& DefaultProjection() {
+  static const ProjectionTable table = [] {
+    ProjectionTable made{SphereQuadrature(), {}};
+    made.values.resize(static_cast<Eigen::Index>(made.directions.size()),
+                       ShCount(kTableBands));
+    for (std::size_t i = 0; i < made.directions.size(); ++i) {
+      made.values.row(static_cast<Eigen::Index>(i)) =
+          SphericalHarmonics(made.directions[i].direction, kTableBands).transpose();
+    }
+    return made;
+  }();
+  return table;
+}
+
+}  // namespace internal
+
 // c'_l,m = c_l,m cos(m a) - c_l,-m sin(m a),  c'_l,-m = c_l,m sin(m a) + c_l,-m cos(m a)
 //                                                                              (H6)
 ShCoefficients TurnedAboutZ(const ShCoefficients& coefficients, double angle_rad) {

@@ -16,10 +16,25 @@
 
 #include <Eigen/Core>
 
+#include <vector>
+
 namespace relight {
 
 // bands^2 rows; a column a channel.
 using ShCoefficients = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+namespace internal {
+
+// The default quadrature and its functions, made once: values[direction][function] of
+// kTableBands bands.
+inline constexpr int kTableBands = 8;
+struct ProjectionTable {
+  std::vector<WeightedDirection> directions;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> values;
+};
+const ProjectionTable& DefaultProjection();
+
+}  // namespace internal
 
 // c_lm of f: Vector3d -> double.                                                (H4)
 template <class Function>
@@ -39,6 +54,19 @@ ShCoefficients ProjectColorOnSh(const Function& f,
                                 int bands = kSkyBands,
                                 const SphereQuadratureOptions& options = {}) {
   ShCoefficients coefficients = ShCoefficients::Zero(ShCount(bands), 3);
+  if (options == SphereQuadratureOptions{} && bands <= internal::kTableBands) {
+    const internal::ProjectionTable& table = internal::DefaultProjection();
+    for (std::size_t i = 0; i < table.directions.size(); ++i) {
+      const auto& [direction, weight_sr] = table.directions[i];
+      const Eigen::RowVector3d value = f(direction).matrix().transpose();
+      if (value.isZero(0.0)) continue;
+      coefficients.noalias() += table.values.row(static_cast<Eigen::Index>(i))
+                                    .head(ShCount(bands))
+                                    .transpose() *
+                                (weight_sr * value);
+    }
+    return coefficients;
+  }
   for (const auto& [direction, weight_sr] : SphereQuadrature(options)) {
     const Eigen::RowVector3d value = f(direction).matrix().transpose();
     if (value.isZero(0.0)) continue;

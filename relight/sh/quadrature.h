@@ -21,6 +21,8 @@ struct SphereQuadratureOptions {
   int heights_per_side =
       48;             // Gauss-Legendre nodes above the horizon, and as many below.
   int azimuths = 96;  // Equal steps round the horizon.
+
+  bool operator==(const SphereQuadratureOptions&) const = default;
 };
 
 // The product of Gauss-Legendre in z and equal steps of azimuth, split at the horizon: a

@@ -14,6 +14,15 @@
 //                same paper's transmittances, with the same turbidity
 //   atmosphere   atmosphere.h; the only one with a twilight
 //   cie          cie_sky.h, one of fifteen types, from overcast to clear
+//   panorama     panorama.h, of a file
+//
+// A panorama whose middle is not known to be at an azimuth is turned until its sun stands
+// at that of the hour. Its own sun shines from where it stands in the panorama, but from
+// the hour's place when that is within 5 degrees and up: the almanac is surer than how
+// level a panorama is. Its values are cd/m2 when the file says so, or by panorama_scale;
+// else they are scaled so that sun and sky on level ground are as bright as preetham's
+// clear day of the turbidity at the sun's height, or what is left of it with N = 1 of
+// (K8) when no sun is in it. Below the horizon it is dark, as all the others.
 //
 // Clouds that cover the share N of the sky leave of the clear day's light on level ground
 // G_0 = D_0 + S_0 (sky and sun)
@@ -37,19 +46,23 @@
 #include "relight/base/field.h"
 #include "relight/sky/atmosphere.h"
 #include "relight/sky/cie_sky.h"
+#include "relight/sky/panorama.h"
 #include "relight/sky/preetham_sky.h"
 #include "relight/sky/solar_position.h"
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <optional>
+#include <string>
 #include <variant>
+#include <vector>
 
 namespace relight {
 
 inline constexpr double kUsualTurbidity = 3.0;  // Where nothing better is known.
 
-enum class SkyModel { kPreetham, kCabral2011, kAtmosphere, kCie };
+enum class SkyModel { kPreetham, kCabral2011, kAtmosphere, kCie, kPanorama };
 
 struct DaylightOptions {
   SkyModel model = SkyModel::kPreetham;
@@ -58,6 +71,14 @@ struct DaylightOptions {
   bool sunset_correction = false;  // Of kCabral2011 only.
   int cie_type = kCieOvercast;     // Of kCie only.
   double cloud = 0.0;              // N of (K8); of kPreetham and kAtmosphere only.
+  // Of kAtmosphere only. Left out: AtmosphereOptions'.
+  std::optional<double> ground_albedo = {};
+  // Of kPanorama only, and there needed.
+  std::shared_ptr<const Panorama> panorama = {};
+  std::optional<double> panorama_heading_deg = {};  // Left out: as the file says, or by
+                                                    // its sun.
+  std::optional<double> panorama_scale = {};  // [cd/m2] of a value of 1; left out: as the
+                                              // file says, or a day's level.
 };
 
 template <class Visitor>
@@ -69,6 +90,13 @@ void Describe(DaylightOptions& o, Visitor&& field) {
         {"sunset-correction", "", "a sun that fades faster when low (cabral2011)"});
   field(o.cie_type, {"cie-type", "", "of a CIE sky", Between(1, 15)});
   field(o.cloud, {"cloud", "", "share of the sky under clouds", Between(0, 1)});
+  field(o.ground_albedo,
+        {"ground-albedo", "", "light that the ground reflects", Between(0, 1)});
+  field(
+      o.panorama_heading_deg,
+      {"panorama-heading", "deg", "azimuth of a panorama's middle", Between(-360, 360)});
+  field(o.panorama_scale,
+        {"panorama-scale", "cd/m2", "of a panorama's value of 1", Above(0)});
 }
 
 // The same radiance everywhere above the horizon, or everywhere at all.
@@ -95,7 +123,7 @@ struct Daylight {
   // Unit vector to the sun, ENU, and its irradiance [lx] on a plane that faces it.
   Eigen::Vector3d sun_direction = Eigen::Vector3d::UnitZ();
   Eigen::Array3d sun_irradiance = Eigen::Array3d::Zero();
-  std::variant<UniformSky, PreethamSky, AtmosphereSky, StandardSky> sky = {};
+  std::variant<UniformSky, PreethamSky, AtmosphereSky, StandardSky, PanoramaSky> sky = {};
   double sky_share = 1.0;             // Of `sky`: 1 - N of (K8).
   std::optional<StandardSky> clouds;  // Before it.
 
@@ -107,10 +135,15 @@ struct Daylight {
 // The elevation that the sun must be above [deg].
 double LowestSunOf(SkyModel model);
 
-// Throws InputError when the sun is at or below LowestSunOf(model), and OptionError for a
-// turbidity outside 1.7 to 10, another than 4.2 with kCabral2011, and options that belong
-// to another model.
+// Throws InputError when the sun is at or below LowestSunOf(model), or the level of a
+// panorama is wanted of a day whose sun is down, and OptionError for a turbidity outside
+// 1.7 to 10, another than 4.2 with kCabral2011, and options that belong to another model.
 Daylight MakeDaylight(const SolarPosition& sun, const DaylightOptions& options = {});
+
+// What a panorama is taken for at an hour, for its user: how it is turned, where its sun
+// stands beside the hour's, its level. Empty for the other models.
+std::vector<std::string> PanoramaNotes(const SolarPosition& sun,
+                                       const DaylightOptions& options);
 
 // No sun, and the same radiance [cd/m2] from everywhere: for tests and white furnaces.
 Daylight UniformDaylight(const Eigen::Array3d& radiance, bool full_sphere = false);

@@ -98,12 +98,38 @@ struct TestTree {
   std::vector<View> views;
 };
 
-Daylight DaylightAt(double azimuth_deg, double elevation_deg, SkyModel model) {
+Daylight DaylightAt(double azimuth_deg,
+                    double elevation_deg,
+                    SkyModel model,
+                    int cie_type = kCieOvercast) {
   SolarPosition sun;
   sun.azimuth_rad = RadFromDeg(azimuth_deg);
   sun.elevation_rad = RadFromDeg(elevation_deg);
   sun.direction = DirectionFromAzimuthElevation(sun.azimuth_rad, sun.elevation_rad);
-  return MakeDaylight(sun, {.model = model});
+  return MakeDaylight(sun, {.model = model, .cie_type = cie_type});
+}
+
+// What no hour of the trees has: low suns, a twilight, the standard skies.
+std::vector<Sky> OtherSkies() {
+  std::vector<Sky> skies = {{"uniform", UniformDaylight({1000, 1000, 1000})}};
+  for (const double elevation_deg : {1.0, 8.0}) {
+    for (const double azimuth_deg : {100.0, 260.0}) {
+      for (const SkyModel model : {SkyModel::kPreetham, SkyModel::kAtmosphere}) {
+        skies.push_back(
+            {fmt::format("sun {} deg high at {}, {}",
+                         elevation_deg,
+                         azimuth_deg,
+                         model == SkyModel::kPreetham ? "preetham" : "atmosphere"),
+             DaylightAt(azimuth_deg, elevation_deg, model)});
+      }
+    }
+  }
+  skies.push_back({"twilight", DaylightAt(290, -4, SkyModel::kAtmosphere)});
+  for (int type = 1; type <= 15; ++type) {
+    skies.push_back(
+        {fmt::format("cie:{}", type), DaylightAt(230, 30, SkyModel::kCie, type)});
+  }
+  return skies;
 }
 
 TestTree ReadTree(const fs::path& folder) {
@@ -124,16 +150,16 @@ TestTree ReadTree(const fs::path& folder) {
   tree.grid = EstimateOpacity(mattes, box).grid;
   std::map<std::string, std::vector<Sky>> skies;
   for (const auto& hour : truth["truth"]) {
-    for (const SkyModel model : {SkyModel::kPreetham, SkyModel::kCabral2011}) {
+    for (const auto& [model, word] : {std::pair(SkyModel::kPreetham, "preetham"),
+                                      std::pair(SkyModel::kCabral2011, "cabral2011"),
+                                      std::pair(SkyModel::kAtmosphere, "atmosphere")}) {
       skies[hour["view"]].push_back(
-          {fmt::format("{} {}",
-                       hour["time"].get<std::string>().substr(11, 5),
-                       model == SkyModel::kPreetham ? "preetham" : "cabral2011"),
+          {fmt::format("{} {}", hour["time"].get<std::string>().substr(11, 5), word),
            DaylightAt(hour["sun_azimuth_deg"], hour["sun_elevation_deg"], model)});
     }
   }
   for (auto& [name, of_view] : skies) {
-    of_view.push_back({"uniform", UniformDaylight({1000, 1000, 1000})});
+    for (const Sky& sky : OtherSkies()) of_view.push_back(sky);
     for (const MatteView& matte : mattes) {
       if (matte.name != name) continue;
       const double zoom = std::sqrt(kPixels / static_cast<double>(matte.alpha.total()));
@@ -171,6 +197,35 @@ double MarchedTransmittance(const ExtinctionGrid& grid, const Ray& ray) {
   return std::exp(-depth);
 }
 
+// Light of the part of the sky that is nearer to a direction than to the others,
+// [direction][sky]: at its middle alone, the narrow glow round a sun would be met or
+// missed.
+std::vector<std::vector<Eigen::Array3d>> LightOfCells(
+    const std::vector<Eigen::Vector3d>& directions, std::span<const Sky> skies) {
+  constexpr int kFiner = 16;
+  std::vector<std::vector<Eigen::Array3d>> light(
+      directions.size(),
+      std::vector<Eigen::Array3d>(skies.size(), Eigen::Array3d::Zero()));
+  const int count = 2 * kFiner * static_cast<int>(directions.size());
+  const double weight_sr = 4 * std::numbers::pi / count;
+  for (const Eigen::Vector3d& direction : SphereDirections(count)) {
+    if (direction.z() <= 0) continue;
+    std::size_t nearest = 0;
+    double most = -1;
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+      const double cosine = directions[d].dot(direction);
+      if (cosine > most) {
+        most = cosine;
+        nearest = d;
+      }
+    }
+    for (std::size_t s = 0; s < skies.size(); ++s) {
+      light[nearest][s] += weight_sr * skies[s].daylight.SkyRadiance(direction);
+    }
+  }
+  return light;
+}
+
 // Sky's light of the chosen pixels, [sky][pixel].
 std::vector<std::vector<Eigen::Array3d>> Explicit(const ExtinctionGrid& grid,
                                                   const View& view,
@@ -182,13 +237,8 @@ std::vector<std::vector<Eigen::Array3d>> Explicit(const ExtinctionGrid& grid,
   for (const Eigen::Vector3d& direction : SphereDirections(2 * kDirections)) {
     if (direction.z() > 0) directions.push_back(direction);
   }
-  const double weight_sr = 2 * std::numbers::pi / static_cast<double>(directions.size());
-  std::vector<std::vector<Eigen::Array3d>> radiance(directions.size());
-  for (std::size_t d = 0; d < directions.size(); ++d) {
-    for (const Sky& sky : skies) {
-      radiance[d].push_back(weight_sr * sky.daylight.SkyRadiance(directions[d]));
-    }
-  }
+  const std::vector<std::vector<Eigen::Array3d>> radiance =
+      LightOfCells(directions, skies);
   std::vector<std::vector<Eigen::Array3d>> light(
       skies.size(), std::vector<Eigen::Array3d>(pixels.size(), Eigen::Array3d::Zero()));
   ParallelRanges(static_cast<int>(pixels.size()), 4, [&](int begin, int end) {

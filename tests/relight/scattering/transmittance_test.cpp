@@ -42,6 +42,31 @@ TEST(Transmittance, IsThatOfARayFromEachVoxel) {
   }
 }
 
+TEST(Transmittance, OfABundleIsTheMeanOfItsRays) {
+  const ExtinctionGrid grid = tests::RandomCanopy({37, 9, 14}, 0.13, 3.0, /*seed=*/5);
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  std::mt19937 random(12);
+  for (const double spread : {0.005, 2.0}) {  // The sun's disc, and all over the place
+    for (const int count : {1, 8, 11, 16}) {
+      const Eigen::Vector3d middle = tests::RandomDirection(random);
+      std::vector<Eigen::Vector3d> directions;
+      std::vector<double> mean(occupied.cell.size(), 0.0);
+      for (int i = 0; i < count; ++i) {
+        directions.push_back(
+            (middle + spread * tests::RandomDirection(random)).normalized());
+        const std::vector<float> tau =
+            TransmittanceAlong(grid, occupied, directions.back());
+        for (std::size_t v = 0; v < tau.size(); ++v) mean[v] += tau[v] / double(count);
+      }
+      const std::vector<float> bundle =
+          MeanTransmittanceAlong(grid, occupied, directions);
+      for (std::size_t v = 0; v < mean.size(); ++v) {
+        ASSERT_NEAR(bundle[v], mean[v], 1e-6);  // Sixteen floats of 1 or less
+      }
+    }
+  }
+}
+
 // A voxel in a full slab, straight up: half of its own edge and all above it.
 TEST(Transmittance, CountsHalfTheVoxelsOwnExtinction) {
   const ExtinctionGrid grid = tests::Slab({1, 1, 4}, 0.5, 0.8);

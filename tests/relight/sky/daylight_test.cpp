@@ -147,8 +147,8 @@ TEST(Daylight, EveryModelIsFiniteAndNotNegativeOverTheDome) {
     for (const double sun_deg : {0.1, 5.0, 40.0, 90.0}) {
       const Daylight day = MakeDaylight(SunAt(10.0, sun_deg), options);
       EXPECT_TRUE(day.sun_irradiance.isFinite().all());
-      for (double elevation_deg = 0; elevation_deg <= 90; elevation_deg += 15) {
-        for (const double azimuth_deg : {10.0, 100.0, 190.0}) {
+      for (double elevation_deg = 0; elevation_deg <= 90; elevation_deg += 5) {
+        for (double azimuth_deg = 10; azimuth_deg < 370; azimuth_deg += 30) {
           const Eigen::Array3d radiance = day.SkyRadiance(DirectionFromAzimuthElevation(
               RadFromDeg(azimuth_deg), RadFromDeg(elevation_deg)));
           EXPECT_TRUE(radiance.isFinite().all());
