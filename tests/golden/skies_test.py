@@ -31,7 +31,7 @@ class Panoramas(RelightCase):
         self.assertEqual((png.width, png.height, png.channels), (1024, 512, 3))
         self.assertEqual(max(png.samples[-3 * 1024:]), 0)  # Nothing below the horizon
         self.assertGreater(max(png.samples), 0.9 * (2 ** png.bits - 1))  # The sun
-        self.refused("sky", *WHERE, "-o", self.folder / "sky.jpg", names=[".exr", ".png"])
+        self.refused("sky", *WHERE, "-o", self.folder / "sky.jpg", names=[".exr", ".png"], code=2)
 
     def radiance_hdr(self, name, width, height, pixel):
         """Radiance .hdr, not compressed; `pixel` gives the four bytes."""
@@ -64,10 +64,11 @@ class Panoramas(RelightCase):
                      names=["flat.hdr", "twice as wide as high"])
         gone = self.folder / "gone.exr"
         self.refused("sky", *WHERE, "--sky", f"panorama:{gone}", names=["gone.exr", "no such file"])
-        self.refused("sky", *WHERE, "--sky", "panorama:", names=["panorama:FILE"])
-        self.refused("sky", *WHERE, "--panorama-heading", "10", names=["--sky panorama:FILE"])
+        self.refused("sky", *WHERE, "--sky", "panorama:", names=["panorama:FILE"], code=2)
+        self.refused("sky", *WHERE, "--panorama-heading", "10", names=["--sky panorama:FILE"],
+                     code=2)
         self.refused("sky", *WHERE, "--sky", "preetham", "--ground-albedo", "0.5",
-                     names=["--sky atmosphere"])
+                     names=["--sky atmosphere"], code=2)
         text = self.folder / "text.hdr"
         text.write_text("no picture")
         self.refused("sky", *WHERE, "--sky", f"panorama:{text}", names=["text.hdr"])

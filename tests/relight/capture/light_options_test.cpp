@@ -3,6 +3,8 @@
 
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
+#include "relight/photo/image_file.h"
+#include "tests/support/scratch_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -64,9 +66,46 @@ TEST(LightOptions, RefusesWhatDoesNotGoTogether) {
         LightOptions{.sky = "sunny"},
         LightOptions{.input_sky = "cie:"},
         LightOptions{.sunset_correction = true},
-        LightOptions{.cloud = 1.5}}) {
+        LightOptions{.cloud = 1.5},
+        LightOptions{.sky = "panorama:"},
+        LightOptions{.panorama_heading_deg = 10.0},
+        LightOptions{.sky = "atmosphere", .panorama_scale = 2.0},
+        LightOptions{.sky = "preetham", .ground_albedo = 0.5},
+        LightOptions{.method = Method::kCabral2011, .ground_albedo = 0.5},
+        LightOptions{.ground_albedo = 1.5}}) {
     EXPECT_THROW(LightOfRun(options, kHigh_rad), OptionError);
   }
+}
+
+TEST(LightOptions, TheGroundsAlbedoGoesToTheAtmosphere) {
+  EXPECT_EQ(LightOfRun({.sky = "atmosphere", .ground_albedo = 0.7}, kHigh_rad)
+                .target.ground_albedo,
+            0.7);
+  EXPECT_EQ(LightOfRun({.ground_albedo = 0.7}, kLow_rad).target.ground_albedo, 0.7);
+  // Auto is preetham by day, which knows no ground: said, not refused
+  const RunLight day = LightOfRun({.ground_albedo = 0.7}, kHigh_rad);
+  EXPECT_FALSE(day.target.ground_albedo.has_value());
+  ASSERT_EQ(day.notes.size(), 1u);
+  EXPECT_NE(day.notes[0].find("--ground-albedo is not used"), std::string::npos);
+}
+
+TEST(LightOptions, APanoramaIsASkyOfItsOwnLevelOrOfTheDays) {
+  const tests::ScratchFolder folder;
+  const std::string file = (folder / "grey.exr").string();
+  WriteLinear(file, {{"", cv::Mat3f(32, 64, cv::Vec3f::all(1))}});
+  const RunLight wanted = LightOfRun({.sky = "panorama:" + file}, kHigh_rad);
+  EXPECT_EQ(SkyInWords(wanted.input), "preetham");  // The photo's stays clear
+  EXPECT_EQ(SkyInWords(wanted.target), "panorama:grey.exr");
+  ASSERT_EQ(wanted.notes.size(), 1u);
+  EXPECT_EQ(wanted.notes[0].find("level"), std::string::npos);
+  const RunLight scaled =
+      LightOfRun({.sky = "panorama:" + file, .panorama_scale = 5000.0}, kHigh_rad);
+  ASSERT_EQ(scaled.notes.size(), 1u);
+  EXPECT_NE(scaled.notes[0].find("level"), std::string::npos);
+  const RunLight both =
+      LightOfRun({.sky = "panorama:" + file, .input_sky = "panorama:" + file}, kHigh_rad);
+  EXPECT_TRUE(both.one_sky);
+  EXPECT_THROW(LightOfRun({.sky = "panorama:" + file + ".gone"}, kHigh_rad), InputError);
 }
 
 TEST(LightOptions, OnlySkiesWithATwilightTakeASunBelowTheHorizon) {
