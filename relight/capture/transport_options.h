@@ -28,7 +28,7 @@ void Describe(NeighbourOptions& o, Visitor&& field) {
 }
 
 inline ArrivingLightOptions OurTransport() {
-  return {.sun_directions = 16, .own_shade = 0, .gap_length_m = 0.05};
+  return {.sun_directions = 16, .own_shade = 0};
 }
 
 // Throws OptionError for an option that cabral2011 does not have.
