@@ -53,7 +53,8 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
     text
         << "this tree or its light is unlike those that the correction has learned from: "
            "it counts "
-        << std::lround(100 * correction.mean_trust) << " %, the rest is the simulation alone";
+        << std::lround(100 * correction.mean_trust)
+        << " %, the rest is the simulation alone";
     notes.push_back(text.str());
   }
   return notes;

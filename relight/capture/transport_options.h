@@ -38,8 +38,7 @@ inline ArrivingLightOptions TransportOf(Method method,
   if (method != Method::kCabral2011) return options;
   const ArrivingLightOptions ours = OurTransport();
   if (options.sun_directions != ours.sun_directions ||
-      options.own_shade != ours.own_shade ||
-      options.gap_length_m != ours.gap_length_m) {
+      options.own_shade != ours.own_shade || options.gap_length_m != ours.gap_length_m) {
     throw OptionError(
         "cabral2011 has the sun's centre alone, a voxel's full own shade and leaves "
         "that are points; leave --sun-directions, --own-shade and --gap-length out, or "

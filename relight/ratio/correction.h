@@ -69,9 +69,9 @@ CorrectionModel ReadCorrectionModel(const std::filesystem::path& file);
 
 struct Correction {
   PatchGrid grid;
-  cv::Mat1f log_factor;  // c of (R3), rows x columns of the grid.
-  cv::Mat1f trust;       // t of (R4), in [0, 1].
-  cv::Mat1f spread;      // Standard deviation of the perceptrons' answers.
+  cv::Mat1f log_factor;     // c of (R3), rows x columns of the grid.
+  cv::Mat1f trust;          // t of (R4), in [0, 1].
+  cv::Mat1f spread;         // Standard deviation of the perceptrons' answers.
   double mean_trust = 1.0;  // Of the tree: patches count by their cover.
 };
 

@@ -12,7 +12,7 @@
 namespace relight {
 namespace {
 
-constexpr double kPrior = 0.3;  // d_0
+constexpr double kPrior = 0.3;   // d_0
 constexpr double kWidest = 1.2;  // Four deviations of the prior
 constexpr std::size_t kFewest = 8;
 

@@ -3,10 +3,11 @@
 
 // How strong the sky is beside the sun, and how dense the volume, by the shading that the
 // photo itself shows; [Cabral11, §7.1] chose the density by hand. Over patches i of the
-// crown (1/20 of its height) with the photo's mean luminance P_i and the simulation's, A_i
-// by the sun and B_i by the rest,
+// crown (1/20 of its height) with the photo's mean luminance P_i and the simulation's,
+// A_i by the sun and B_i by the rest,
 //
-//   ln P_i = c + ln(A_i + e^k B_i) + noise,   L(k) = (n / 2) ln var + k^2 / (2 d_0^2) (R7)
+//   ln P_i = c + ln(A_i + e^k B_i) + noise,   L(k) = (n / 2) ln var + k^2 / (2 d_0^2)
+//   (R7)
 //
 // with var the weighted variance of what is left over, c free, n patches, and a prior of
 // d_0 = 0.3 around the simulation as it is; k is where L is least, its deviation
@@ -31,11 +32,12 @@ struct LightFitOptions {
 
 template <class Visitor>
 void Describe(LightFitOptions& o, Visitor&& field) {
-  field(o.fit_light,
-        FieldInfo{"fit-light",
-                  "",
-                  "strength of the sky and density of the tree by the photo's own shading, "
-                  "as far as it tells them"});
+  field(
+      o.fit_light,
+      FieldInfo{"fit-light",
+                "",
+                "strength of the sky and density of the tree by the photo's own shading, "
+                "as far as it tells them"});
 }
 
 // One number a patch, all positive.

@@ -102,8 +102,8 @@ TEST(HotSpot, IsThatOfRandomSpheres) {
     daylight.sun_direction = sun;
     daylight.sun_irradiance = {1, 1, 1};
     ArrivingLight light;
-    light.sun = {Eigen::Array3f::Constant(
-        static_cast<float>(std::exp(-kSigma_per_m * kWay_m)))};
+    light.sun = {
+        Eigen::Array3f::Constant(static_cast<float>(std::exp(-kSigma_per_m * kWay_m)))};
     light.sky = light.indirect = {Eigen::Array3f::Zero()};
     AddHotSpot(grid,
                FindOccupied(grid),
