@@ -3,8 +3,10 @@
 
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
+#include "relight/photo/heif_metadata.h"
 
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/tiffutils.h>
 
 #include <algorithm>
 #include <array>
@@ -151,6 +153,25 @@ OIIO::TypeDesc SampleType(int depth) {
                            : OIIO::TypeDesc::FLOAT;
 }
 
+// What OpenImageIO leaves out of a HEIC.
+void AddHeifMetadata(const fs::path& path, OIIO::ImageSpec& spec) {
+  constexpr char kProfile[] = "ICCProfile:profile_description";
+  constexpr int kDisplayP3 = 12;  // Of ITU-T H.273
+  const HeifMetadata metadata = ReadHeifMetadata(path);
+  if (!metadata.exif.empty()) OIIO::decode_exif(OIIO::string_view(metadata.exif), spec);
+  if (!metadata.icc.empty()) {
+    std::string error;
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(metadata.icc.data());
+    OIIO::decode_icc_profile(
+        OIIO::cspan<std::uint8_t>(bytes,
+                                  static_cast<OIIO::cspan<std::uint8_t>::size_type>(metadata.icc.size())),
+        spec,
+        error);
+  } else if (metadata.primaries == kDisplayP3) {
+    spec.attribute(kProfile, "Display P3");
+  }
+}
+
 }  // namespace
 
 void PictureFile::Refuse(const std::string& why) const {
@@ -202,6 +223,7 @@ PictureFile::PictureFile(const fs::path& path) : path_(path), input_(new Input) 
   if (!input_->reader->open(path.string(), spec, hints)) {
     RefuseDamaged(input_->reader->geterror());
   }
+  if (format_ == PictureFormat::kHeif) AddHeifMetadata(path, spec);
   if (spec.deep) Refuse("is a deep EXR; flatten it first");
 
   const bool is_exr = format_ == PictureFormat::kExr;
