@@ -121,10 +121,11 @@ void Export(const std::vector<std::string>& to,
 
 void Report(const Capture& capture,
             const CamerasSummary& summary,
+            bool is_told,
             const ConsoleOptions& console) {
   const fs::path file = capture.folder / "cameras" / "report.html";
   WriteTextWhole(file, CamerasReport(capture, summary, ShowProgress(console, "report")));
-  if (!console.quiet) fmt::print("{}\n", file.string());
+  if (is_told && !console.quiet) fmt::print("{}\n", file.string());
 }
 
 int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
@@ -155,7 +156,9 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
 
   // Only looked at or written elsewhere, when there are cameras and nothing asks for
   // others
+  request.force = request.force || !verb.colmap.empty();  // Said of COLMAP: it is to run
   const bool looks_only = (verb.report || !verb.export_to.empty()) && !request.import &&
+                          !request.force && !TurnsKept(capture, request) &&
                           fs::exists(folder / "images.txt");
   if (looks_only) {
     const CamerasSummary kept = KeptCameras(capture);
@@ -163,7 +166,7 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
       Export(verb.export_to, capture, kept.scene, console);
       if (!console.quiet) fmt::print("{}\n", verb.export_to[1]);
     }
-    if (verb.report) Report(capture, kept, console);
+    if (verb.report) Report(capture, kept, true, console);
     return 0;
   }
 
@@ -173,6 +176,8 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
     Say(console,
         minutes < 1.5 ? fmt::format("{}, about {:.0f} s", plan.what, plan.expected_s)
                       : fmt::format("{}, about {:.0f} min", plan.what, minutes));
+  } else if (TurnsKept(capture, request)) {
+    Say(console, plan.what);
   }
   const CamerasSummary summary =
       MakeCameras(capture, request, ShowProgress(console, "cameras", plan.expected_s));
@@ -195,11 +200,13 @@ int RunVerb(CamerasVerb& verb, const ConsoleOptions& console) {
   SayAll(console, summary.notes);
   SayAll(console, DoubtsOfCapture(capture));
   if (verb.alone.json) {
-    fmt::print("{}\n", JsonOf(summary, folder).dump(1));
+    json result = JsonOf(summary, folder);
+    if (verb.report) result["report"] = (folder / "report.html").string();
+    fmt::print("{}\n", result.dump(1));
   } else if (!console.quiet) {
     fmt::print("{}\n", folder.string());
   }
-  if (verb.report) Report(capture, summary, console);
+  if (verb.report) Report(capture, summary, !verb.alone.json, console);
   return 0;
 }
 
@@ -228,10 +235,14 @@ Verb AddCameras(CLI::App& program, const ConsoleOptions& console) {
   app->add_flag("--matching-only",
                 verb->request.matching_only,
                 "leave out cameras without photo and photos without camera");
+  app->add_flag("--force",
+                verb->request.force,
+                "run COLMAP in place of cameras that were imported, or of turning those "
+                "that are there");
   app->add_flag("--report",
                 verb->report,
                 "a page to look at, cameras/report.html; of cameras that are there "
-                "already, unless others are asked for with --import");
+                "already, unless others are asked for with --import or --force");
   const char* frame = "Where on Earth";
   app->add_flag("--keep-frame",
                 verb->request.keep_frame,

@@ -445,10 +445,86 @@ std::string Degrees(double angle_rad) {
   return text.str();
 }
 
+// Whether cameras/ holds a model, and who made it. Throws what KeptCameras throws.
+std::optional<CamerasSummary> CamerasThere(const Capture& capture) {
+  std::error_code ignored;
+  if (!fs::exists(capture.folder / "cameras" / "images.txt", ignored)) return {};
+  return KeptCameras(capture);
+}
+
+// The kept scene with what the request says of its frame, and all else as it is. Its
+// origin stays where it is among the cameras.
+void TurnKept(const CamerasRequest& request,
+              const std::vector<CameraClues>& clues,
+              GivenFrame given,
+              CamerasSummary& summary) {
+  if (request.keep_frame || !HasAny(given)) return;
+  CalibratedScene& scene = summary.scene;
+  const std::optional<Georeference> before = summary.georeference;
+  const bool says_north = given.heading || given.shadow;
+  const bool says_up = given.up.has_value(), says_scale = given.distance.has_value();
+
+  // The frame as it is, of what is not said
+  if (!says_up) given.up = Eigen::Vector3d::UnitZ();
+  if (!says_north) {
+    // The most level camera says its heading best
+    const auto level = std::min_element(
+        scene.cameras.begin(), scene.cameras.end(), [](const auto& a, const auto& b) {
+          return std::abs(a.camera.ForwardInWorld().z()) <
+                 std::abs(b.camera.ForwardInWorld().z());
+        });
+    given.heading = {level->view, AzimuthOf(level->camera.ForwardInWorld())};
+  }
+  if (!says_scale) {
+    const NamedCamera& first = scene.cameras.front();
+    const auto away_m = [&](const NamedCamera& other) {
+      return (other.camera.PositionInWorld() - first.camera.PositionInWorld()).norm();
+    };
+    const auto farthest = std::max_element(
+        scene.cameras.begin(), scene.cameras.end(), [&](const auto& a, const auto& b) {
+          return away_m(a) < away_m(b);
+        });
+    if (away_m(*farthest) > 0) {
+      given.distance = {first.view, farthest->view, away_m(*farthest)};
+    }
+  }
+  Georeference found = FindGeoreference(scene, clues, given, request.georeference);
+  if (!found.kept_frame) {
+    const std::optional<Place> origin = scene.enu_origin;
+    scene = MovedTo(InWorld(scene, found), found.ToWorld(Eigen::Vector3d::Zero()));
+    if (origin) scene.enu_origin = origin;
+  }
+
+  // Who told what is kept
+  const auto keep = [&](std::string Georeference::*from, double Georeference::*error) {
+    found.*from = before ? (*before).*from : "the frame that they had, taken as right";
+    if (before) found.*error = (*before).*error;
+  };
+  if (!says_north) keep(&Georeference::north_from, &Georeference::north_error_rad);
+  if (!says_up) keep(&Georeference::up_from, &Georeference::up_error_rad);
+  if (!says_scale) keep(&Georeference::scale_from, &Georeference::scale_error);
+  summary.georeference = std::move(found);
+}
+
 }  // namespace
+
+bool TurnsKept(const Capture& capture, const CamerasRequest& request) {
+  const bool says = request.heading || request.up || !request.scale_from.empty() ||
+                    !request.north_from_shadow.empty() || request.origin ||
+                    request.keep_frame;
+  std::error_code ignored;
+  return says && !request.import && !request.force &&
+         fs::exists(capture.folder / "cameras" / "images.txt", ignored);
+}
 
 CamerasPlan PlanCameras(const Capture& capture, const CamerasRequest& request) {
   if (request.import) return {"importing " + request.import->string(), 0};
+  if (TurnsKept(capture, request)) {
+    return {
+        "the cameras that are there are put on the Earth anew (--force: COLMAP finds "
+        "others)",
+        0};
+  }
   const std::vector<PhotoOfView> photos = PhotosOf(capture);
   const bool exhaustive = IsExhaustive(request.colmap, photos.size());
   return {"COLMAP looks at " + std::to_string(photos.size()) + " photos and compares " +
@@ -466,7 +542,12 @@ CamerasSummary MakeCameras(const Capture& capture,
     static_cast<void>(GivenBy(request, capture, photos, photos.front().entry.name));
   }
   CamerasSummary summary;
-  if (request.import) {
+  const bool turns = TurnsKept(capture, request);
+  if (turns) {
+    summary = KeptCameras(capture);
+    summary.missing.clear();
+    summary.notes.clear();
+  } else if (request.import) {
     PhotoSizes sizes;
     for (const PhotoOfView& photo : photos) {
       sizes[photo.entry.name] = {photo.facts.width, photo.facts.height};
@@ -478,6 +559,15 @@ CamerasSummary MakeCameras(const Capture& capture,
         request.matching_only ? UnknownPhotos::kLeaveOut : UnknownPhotos::kRefuse);
     summary.made_by = "import of " + request.import->string();
   } else {
+    const auto there = request.force ? std::nullopt : CamerasThere(capture);
+    if (there && there->made_by != "COLMAP") {
+      throw InputError(
+          (capture.folder / "cameras").string() + ": holds cameras already, " +
+          (there->made_by == "unknown" ? "not made by relight" : "by " + there->made_by) +
+          "; say what to change of them (--heading, --up, --scale-from, "
+          "--north-from-shadow, --origin), import others (--import), or let "
+          "COLMAP find others in their place (--force)");
+    }
     if (photos.size() < 3) {
       throw InputError(capture.folder.string() + ": has " +
                        std::to_string(photos.size()) +
@@ -502,7 +592,12 @@ CamerasSummary MakeCameras(const Capture& capture,
   const std::vector<CameraClues> clues = CluesOf(capture, photos, summary.notes);
   const bool has_place = summary.scene.enu_origin.has_value();
   const std::string& first_view = summary.scene.cameras.front().view;
-  PutOnEarth(request, clues, GivenBy(request, capture, photos, first_view), summary);
+  const GivenFrame given = GivenBy(request, capture, photos, first_view);
+  if (turns) {
+    TurnKept(request, clues, given, summary);
+  } else {
+    PutOnEarth(request, clues, given, summary);
+  }
   if (summary.georeference) {
     const auto& said = summary.georeference->notes;
     summary.notes.insert(summary.notes.end(), said.begin(), said.end());
@@ -511,7 +606,7 @@ CamerasSummary MakeCameras(const Capture& capture,
   // The tree's foot becomes the origin, unless the frame is the user's own
   summary.tree = FindTreePlace(summary.scene);
   const bool is_own =
-      request.keep_frame ||
+      turns || request.keep_frame ||
       (summary.georeference ? summary.georeference->kept_frame : !has_place);
   if (origin) {
     summary.tree.foot = *origin;

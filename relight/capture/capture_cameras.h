@@ -22,7 +22,8 @@ namespace relight {
 
 // As on the command line.
 struct CamerasRequest {
-  std::optional<std::filesystem::path> import;  // Left out: COLMAP is run.
+  std::optional<std::filesystem::path> import;  // Left out: COLMAP is run, or cameras
+                                                // that are there are kept: TurnsKept().
   std::string import_format;                    // Empty: guessed.
   bool matching_only = false;  // Leave out what is only in the model or the capture.
   bool keep_frame = false;     // Its world is east, north, up in metres already.
@@ -34,7 +35,12 @@ struct CamerasRequest {
                                       // tree's foot, to be made its origin.
   GeoreferenceOptions georeference;
   ColmapOptions colmap;
+  bool force = false;  // Run COLMAP whatever is there.
 };
+
+// Whether the request puts the cameras that the capture has on the Earth anew, rather
+// than finding others: something of their frame is said, and no import is.
+bool TurnsKept(const Capture& capture, const CamerasRequest& request);
 
 struct CamerasSummary {
   CalibratedScene scene;  // As written: ENU metres, the tree's foot at the origin.
@@ -53,9 +59,11 @@ struct CamerasPlan {
 CamerasPlan PlanCameras(const Capture& capture, const CamerasRequest& request);
 
 // Makes cameras/. Photos' EXIF gives places and headings, turned to true north. Cameras
-// are brought to the upright photo's own size. Throws InputError with what is missing and
-// the option that tells it, OptionError for texts that cannot be read, Cancelled; then
-// cameras/ is as it was.
+// are brought to the upright photo's own size. Cameras that are kept stay as they stand
+// to each other; of their frame, north, up, scale and origin, what the request does not
+// say stays as well. Imported cameras are not replaced by COLMAP's without `force`.
+// Throws InputError with what is missing and the option that tells it, OptionError for
+// texts that cannot be read, Cancelled; then cameras/ is as it was.
 CamerasSummary MakeCameras(const Capture& capture,
                            const CamerasRequest& request,
                            const Progress& progress = {});

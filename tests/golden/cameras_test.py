@@ -55,6 +55,16 @@ def positions(images_txt):
     return found
 
 
+def without_exif(jpeg):
+    """A JPEG as a messenger leaves it: without its APP1 segments."""
+    out, at = jpeg[:2], 2
+    while jpeg[at + 1] != 0xDA:
+        end = at + 2 + int.from_bytes(jpeg[at + 2:at + 4], "big")
+        out += b"" if jpeg[at + 1] == 0xE1 else jpeg[at:end]
+        at = end
+    return out + jpeg[at:]
+
+
 @unittest.skipUnless(HAS_COLMAP, "COLMAP is not installed")
 @unittest.skipUnless(PHOTOS.is_dir(), f"{PHOTOS} is not there; set RELIGHT_SHARED")
 class Colmap(RelightCase):
@@ -165,6 +175,51 @@ class Cameras(RelightCase):
         self.assertIn("--scale-from", longer["scale"]["from"])
         self.refused("cameras", self.capture, "--import", self.folder / "t.json",
                      "--heading", "nobody=120", names=["nobody"])
+
+    def test_what_is_said_of_the_frame_turns_the_cameras_that_are_there(self):
+        # Photos that say nothing, so that the model's own frame is taken
+        for photo in (SAMPLE / "photos").iterdir():
+            (self.folder / photo.name).write_bytes(without_exif(photo.read_bytes()))
+        bare = self.folder / "bare"
+        self.done("init", bare, *sorted(self.folder.glob("view_*.jpg")))
+        before = self.done("cameras", bare, "--import", self.model, "--json").json
+        view = before["views"][0]["view"]
+        heading = before["views"][0]["heading_deg"]
+        no_colmap = {"PATH": str(self.folder)}
+        self.refused("cameras", bare, env=no_colmap,
+                     names=["cameras already", "import of", "--heading", "--force"])
+
+        # North: all headings by the same angle, no distance changes, the origin stays
+        done = self.done("cameras", bare, "--heading", f"{view}={(heading + 30) % 360:.6f}",
+                         "--json", env=no_colmap)
+        after = done.json
+        self.assertIn("--force", done.err)
+        self.assertEqual(after["north"]["from"], "--heading")
+        self.assertIn("had", after["scale"]["from"])
+        self.assertIn("import of", after["made_by"])
+        c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+        for old, new in zip(before["views"], after["views"]):
+            apart = (new["heading_deg"] - old["heading_deg"] - 30 + 180) % 360 - 180
+            self.assertLess(abs(apart), 0.01)
+            x, y, z = old["position_m"]
+            self.assertLess(math.dist(new["position_m"], (c * x + s * y, c * y - s * x, z)), 1e-2)
+
+        # Scale alone: north stays as it was told before
+        ends = [before["views"][i] for i in (0, -1)]
+        length = math.dist(*(v["position_m"] for v in ends))
+        larger = self.done("cameras", bare, "--scale-from", *(v["view"] for v in ends),
+                           2 * length, "--report", "--json", env=no_colmap).json
+        self.assertEqual(larger["north"]["from"], "--heading")
+        self.assertIn("--scale-from", larger["scale"]["from"])
+        for old, new in zip(after["views"], larger["views"]):
+            self.assertLess(math.dist(new["position_m"], [2 * p for p in old["position_m"]]), 2e-2)
+        self.assertIn("--scale-from", (bare / "cameras" / "report.html").read_text())
+
+        # What is said of COLMAP is meant for it
+        self.refused("cameras", bare, "--heading", "10", "--matching", "exhaustive",
+                     env=no_colmap, names=["COLMAP is not installed"])
+        self.refused("cameras", bare, "--force", env=no_colmap,
+                     names=["COLMAP is not installed"])
 
     def test_exports_come_back(self):
         self.done("cameras", self.capture, "--import", "colmap", self.model, "--keep-frame")
