@@ -20,10 +20,11 @@
 // Leaves in the sun are brighter than those that are surely tree, for a bright leaf is
 // nearer to the sky: a mixture of dark leaf and sky is taken for them, with colours that
 // are too dark. Light changes a leaf's brightness more than its hue. For a tree, F is
-// also each sample made brighter, by factors of two up to `brightest`:
+// each sample f made brighter, as the pixel tells itself:
 //
-//   F in { f, 2 f, 4 f ... brightest f }                                  (M11)
+//   F = t f,  t in [1, brightest] of the p f + q B nearest to I, t = p / (1 - q)   (M11)
 //
+// so that a leaf of any brightness is told from sky by its hue, as before a blue screen.
 // For other things this explains too much, and is off.
 
 #include "relight/base/progress.h"

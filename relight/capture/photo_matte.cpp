@@ -15,6 +15,9 @@ namespace relight {
 namespace fs = std::filesystem;
 namespace {
 
+// The colour prior is far surer where the background is sky and leaves keep their hue.
+constexpr double kPriorBeforeSky = 12;
+
 std::string SizeText(cv::Size size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
@@ -167,6 +170,7 @@ PhotoMatte EstimatePhotoMatte(const Photo& photo,
                               IsBeforeSky(DisplayFromLinear(photo.pixels), matte.trimap);
       matting.brightest = before_sky ? 4 : 1;
     }
+    if (matting.brightest > 1) matting.prior_weight *= kPriorBeforeSky;
     return EstimateMatte(options.color == MatteColor::kDisplay
                              ? DisplayFromLinear(photo.pixels)
                              : photo.pixels,

@@ -508,8 +508,8 @@ void Trees() {
         const cv::Mat3f linear = ReadPhoto(entry.path(), reading).pixels;
         const cv::Mat1b trimap =
             TrimapFromGray(ReadMatte(folder / "trimap" / (name + ".png")));
-        // As in a capture
-        const MattingOptions matting{.brightest = 4};
+        // As in a capture before the sky (relight/capture/photo_matte.cpp)
+        const MattingOptions matting{.prior_weight = 0.3, .brightest = 4};
         given.push_back(
             MeanAbsoluteError(EstimateMatte(linear, trimap, matting).alpha, truth));
         const cv::Mat1b found = EstimateTrimap(DisplayFromLinear(linear)).trimap;
