@@ -161,12 +161,10 @@ void AddHeifMetadata(const fs::path& path, OIIO::ImageSpec& spec) {
   if (!metadata.exif.empty()) OIIO::decode_exif(OIIO::string_view(metadata.exif), spec);
   if (!metadata.icc.empty()) {
     std::string error;
+    using Bytes = OIIO::cspan<std::uint8_t>;
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(metadata.icc.data());
-    OIIO::decode_icc_profile(
-        OIIO::cspan<std::uint8_t>(bytes,
-                                  static_cast<OIIO::cspan<std::uint8_t>::size_type>(metadata.icc.size())),
-        spec,
-        error);
+    const auto size = static_cast<Bytes::size_type>(metadata.icc.size());
+    OIIO::decode_icc_profile(Bytes(bytes, size), spec, error);
   } else if (metadata.primaries == kDisplayP3) {
     spec.attribute(kProfile, "Display P3");
   }
