@@ -25,117 +25,6 @@ struct RowsAround {
   const T *above, *here, *below;
 };
 
-// The background as it shows around a place: colour, and how far single pixels are from
-// it. Cells of kCell pixels a side, filled in from larger ones where none of it shows.
-constexpr int kCell = 8;
-
-struct BackgroundAround {
-  cv::Mat3f color;     // Empty when no background shows anywhere.
-  cv::Mat1f variance;  // Mean of the channels'.
-};
-
-// The two cells that a pixel lies between along one side, and the share of the latter.
-struct Between {
-  int low, high;
-  float share;
-};
-Between CellsAt(int pixel, int cells) {
-  const float at = (static_cast<float>(pixel) + 0.5f) / kCell - 0.5f;
-  const int low = std::clamp(static_cast<int>(std::floor(at)), 0, cells - 1);
-  return {low,
-          std::min(low + 1, cells - 1),
-          std::clamp(at - static_cast<float>(low), 0.0f, 1.0f)};
-}
-
-template <class Value>
-Value At(const cv::Mat_<Value>& cells, const Between& x, const Between& y) {
-  const Value above =
-      (1 - x.share) * cells(y.low, x.low) + x.share * cells(y.low, x.high);
-  const Value below =
-      (1 - x.share) * cells(y.high, x.low) + x.share * cells(y.high, x.high);
-  return (1 - y.share) * above + y.share * below;
-}
-
-// Mean and square of a cell's shown pixels, and the share that shows.
-struct Moments {
-  cv::Mat3f sum, square;  // Times `weight`.
-  cv::Mat1f weight;
-};
-
-// What cells lack comes from cells of twice their size: there the mean is over a wider
-// part of the background, and so is the variance.
-void FillIn(Moments& cells) {
-  if (cells.weight.rows == 1 && cells.weight.cols == 1) return;
-  const cv::Size size = cells.weight.size(),
-                 half((size.width + 1) / 2, (size.height + 1) / 2);
-  Moments wide;
-  cv::resize(cells.sum, wide.sum, half, 0, 0, cv::INTER_AREA);
-  cv::resize(cells.square, wide.square, half, 0, 0, cv::INTER_AREA);
-  cv::resize(cells.weight, wide.weight, half, 0, 0, cv::INTER_AREA);
-  FillIn(wide);
-  cv::resize(wide.sum, wide.sum, size);
-  cv::resize(wide.square, wide.square, size);
-  cv::resize(wide.weight, wide.weight, size);
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const float lacks = std::max(0.0f, 0.25f - cells.weight(y, x));
-      const float part = lacks / std::max(wide.weight(y, x), 1e-6f);
-      cells.sum(y, x) += part * wide.sum(y, x);
-      cells.square(y, x) += part * wide.square(y, x);
-      cells.weight(y, x) += part * wide.weight(y, x);
-    }
-  }
-}
-
-BackgroundAround FindBackground(const cv::Mat3f& linear,
-                                const cv::Mat1f& alpha,
-                                const Progress& progress) {
-  constexpr float kShows = 0.02f;  // Alpha up to which a pixel is background
-  const cv::Size size((linear.cols + kCell - 1) / kCell,
-                      (linear.rows + kCell - 1) / kCell);
-  Moments cells{cv::Mat3f(size), cv::Mat3f(size), cv::Mat1f(size)};
-  ParallelRanges(
-      size.height,
-      4,
-      [&](int begin, int end) {
-        for (int row = begin; row < end; ++row) {
-          for (int column = 0; column < size.width; ++column) {
-            const cv::Rect cell = cv::Rect(column * kCell, row * kCell, kCell, kCell) &
-                                  cv::Rect({0, 0}, linear.size());
-            cv::Vec3f sum(0, 0, 0), square(0, 0, 0);
-            int count = 0;
-            for (int y = cell.y; y < cell.br().y; ++y) {
-              for (int x = cell.x; x < cell.br().x; ++x) {
-                if (alpha(y, x) > kShows) continue;
-                sum += linear(y, x);
-                square += linear(y, x).mul(linear(y, x));
-                ++count;
-              }
-            }
-            const auto area = static_cast<float>(cell.area());
-            cells.sum(row, column) = sum / area;
-            cells.square(row, column) = square / area;
-            cells.weight(row, column) = static_cast<float>(count) / area;
-          }
-        }
-      },
-      progress);
-  if (cv::countNonZero(cells.weight) == 0) return {};
-  FillIn(cells);
-  BackgroundAround around{cv::Mat3f(size), cv::Mat1f(size)};
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const float weight = cells.weight(y, x);
-      const cv::Vec3f mean = cells.sum(y, x) / weight;
-      const cv::Vec3f variance = cells.square(y, x) / weight - mean.mul(mean);
-      around.color(y, x) = mean;
-      around.variance(y, x) =
-          std::max(0.0f, (variance[0] + variance[1] + variance[2]) / 3);
-    }
-  }
-  return around;
-}
-
 // Both colours of every second pixel of a row, from its own mixture and its neighbours.
 // (M3)
 void RelaxRow(const cv::Mat3f& image,
@@ -194,36 +83,6 @@ void Relax(const cv::Mat3f& image,
   }
 }
 
-// Both colours of row y as the pixel and the background around tell them, beside what
-// smoothness says. (M12)
-void UpdateRow(const cv::Mat3f& linear,
-               const cv::Mat1f& alpha,
-               const BackgroundAround& around,
-               int y,
-               ForegroundColors& colors) {
-  constexpr float kSpread = 0.5f;  // Of leaves' brightness about the smooth F
-  constexpr float kNoise = 0.03f;  // Of a pixel
-  const Between row = CellsAt(y, around.color.rows);
-  for (int x = 0; x < linear.cols; ++x) {
-    const float a = alpha(y, x), rest = 1 - a;
-    if (a <= 0 || a >= 1) continue;
-    const Between column = CellsAt(x, around.color.cols);
-    const cv::Vec3f b = At(around.color, column, row);
-    cv::Vec3f& f = colors.foreground(y, x);
-    const float level = (f[0] + f[1] + f[2] + b[0] + b[1] + b[2]) / 6;
-    const float of_f = kSpread * level, noise = kNoise * level;
-    const float f_part = a * of_f * of_f,
-                b_part = rest * At(around.variance, column, row);
-    const float of_pixel = a * f_part + rest * b_part + noise * noise;
-    if (!(of_pixel > 0)) continue;
-    const cv::Vec3f left = (linear(y, x) - a * f - rest * b) / of_pixel;
-    for (int c = 0; c < 3; ++c) {
-      f[c] = std::max(0.0f, f[c] + f_part * left[c]);
-      colors.background(y, x)[c] = std::max(0.0f, b[c] + b_part * left[c]);
-    }
-  }
-}
-
 }  // namespace
 
 ForegroundColors EstimateForeground(const cv::Mat3f& linear,
@@ -276,17 +135,6 @@ ForegroundColors EstimateForeground(const cv::Mat3f& linear,
     for (int pass = 0; pass < passes; ++pass) {
       Relax(image, matte, options, colors, progress.Part(done, done));
     }
-  }
-
-  const BackgroundAround around = FindBackground(linear, alpha, progress.Part(1, 1));
-  if (!around.color.empty()) {
-    ParallelRanges(
-        linear.rows,
-        32,
-        [&](int begin, int end) {
-          for (int y = begin; y < end; ++y) UpdateRow(linear, alpha, around, y, colors);
-        },
-        progress.Part(1, 1));
   }
 
   // Where the matte is sure, the photo is

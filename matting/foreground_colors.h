@@ -13,17 +13,6 @@
 // solved per channel, pixel by pixel, from 1 x 1 pixel up to the photo's own size, each
 // level starting from the one before. Where the matte is 0 the foreground goes on
 // smoothly from where it is not, so that no colour of the sky is left on a leaf's edge.
-//
-// Smoothness takes single leaves before the sky for darker than they are, and the sky
-// behind them for brighter. Where the background is seen around (alpha up to 0.02), with
-// mean B0 and variance v, the pixel tells more:
-//
-//   F += a s^2 / (a^2 s^2 + (1 - a)^2 v + n^2) (I - a F - (1 - a) B0)          (M12)
-//
-// the most likely F when smoothness knows it to s, B is B0 to the square root of v, and
-// the pixel is right to n; s and n are 0.5 and 0.03 of the colours' brightness. B is then
-// B0 with its own share of the rest. Before a clear sky F is what the mixture says, and
-// before leaves behind hardly changed.
 
 #include "relight/base/field.h"
 #include "relight/base/progress.h"

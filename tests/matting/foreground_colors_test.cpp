@@ -79,62 +79,6 @@ TEST(ForegroundColors, LeavesNoSkyWhereTheMatteIsEmpty) {
   for (int x = 2; x < 10; ++x) EXPECT_LT(colors.foreground(40, x)[2], 0.2f) << x;
 }
 
-// Single leaves, half covered, brighter than the crown by turns and far from it: their
-// colour is what the pixel says, for the sky behind them is known from around them.
-Scene SingleLeaves(double background_spread) {
-  Scene scene = SoftDisc();
-  std::mt19937 random(3);
-  std::normal_distribution<float> normal;
-  for (int y = 0; y < scene.alpha.rows; ++y) {
-    for (int x = 0; x < scene.alpha.cols; ++x) {
-      scene.background(y, x) *=
-          1 + static_cast<float>(background_spread) * normal(random);
-      if (x % 6 == 0 && y % 6 == 0 && scene.alpha(y, x) == 0) {
-        scene.alpha(y, x) = 0.5f;
-        scene.foreground(y, x) *= (x + y) % 12 == 0 ? 2.0f : 1.0f;
-      }
-      scene.image(y, x) = scene.alpha(y, x) * scene.foreground(y, x) +
-                          (1 - scene.alpha(y, x)) * scene.background(y, x);
-    }
-  }
-  return scene;
-}
-
-double WorstLeaf(const Scene& scene) {
-  const ForegroundColors colors = EstimateForeground(scene.image, scene.alpha);
-  double worst = 0;
-  for (int y = 6; y < scene.alpha.rows - 6; ++y) {
-    for (int x = 6; x < scene.alpha.cols - 6; ++x) {
-      if (scene.alpha(y, x) != 0.5f || x % 6 != 0 || y % 6 != 0) continue;
-      const float truth = scene.foreground(y, x)[1];
-      worst = std::max(worst, std::abs(colors.foreground(y, x)[1] / truth - 1.0));
-    }
-  }
-  return worst;
-}
-
-TEST(ForegroundColors, KnowsSingleLeavesBeforeASmoothSky) {
-  // The pixel counts (a s)^2 / ((a s)^2 + n^2) of what is left: 98.6 % at half cover.
-  // What smoothness has wrong, up to some 0.5 of 0.25, is left to 1.4 %
-  EXPECT_LT(WorstLeaf(SingleLeaves(0)), 0.05);
-}
-
-TEST(ForegroundColors, DoesNotTakeABackgroundsTextureForLeaves) {
-  // A tenth of the background's 0.7 is 28 % of a leaf's 0.25 to either side, and three
-  // times that in the worst of a hundred: the pixel alone cannot tell, and smoothness
-  // is heeded the more for it
-  EXPECT_LT(WorstLeaf(SingleLeaves(0.1)), 0.85);
-}
-
-TEST(ForegroundColors, ExplainsThePixelWhereNoBackgroundIsSeen) {
-  Scene scene = SoftDisc();
-  scene.alpha = cv::max(scene.alpha, 0.3f);
-  const ForegroundColors colors = EstimateForeground(scene.image, scene.alpha);
-  for (const cv::Vec3f& f : colors.foreground) {
-    for (int c = 0; c < 3; ++c) EXPECT_TRUE(f[c] >= 0 && std::isfinite(f[c]));
-  }
-}
-
 TEST(ForegroundColors, IsTheSameForAnyNumberOfThreads) {
   const Scene scene = SoftDisc();
   SetThreadCount(1);
