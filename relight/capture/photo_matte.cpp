@@ -15,7 +15,8 @@ namespace relight {
 namespace fs = std::filesystem;
 namespace {
 
-// The colour prior is far surer where the background is sky and leaves keep their hue.
+// The colour prior is far surer where relight found the sky itself and leaves keep their
+// hue. Trimaps do without: their sure foreground holds bright leaves.
 constexpr double kPriorBeforeSky = 12;
 
 std::string SizeText(cv::Size size) {
@@ -164,13 +165,13 @@ PhotoMatte EstimatePhotoMatte(const Photo& photo,
     MattingOptions matting = options.closed_form;
     if (options.prior == MattePrior::kNone) matting.prior_weight = 0;
     matting.brightest = options.leaf_brightness;
+    const bool found = guide.automatic || guided_by == file;
     if (matting.brightest == 0) {
-      const bool found = guide.automatic || guided_by == file;
       const bool before_sky = !matte.screen && (found || guide.of_tree) &&
                               IsBeforeSky(DisplayFromLinear(photo.pixels), matte.trimap);
       matting.brightest = before_sky ? 4 : 1;
     }
-    if (matting.brightest > 1) matting.prior_weight *= kPriorBeforeSky;
+    if (found && matting.brightest > 1) matting.prior_weight *= kPriorBeforeSky;
     return EstimateMatte(options.color == MatteColor::kDisplay
                              ? DisplayFromLinear(photo.pixels)
                              : photo.pixels,

@@ -509,12 +509,13 @@ void Trees() {
         const cv::Mat1b trimap =
             TrimapFromGray(ReadMatte(folder / "trimap" / (name + ".png")));
         // As in a capture before the sky (relight/capture/photo_matte.cpp)
-        const MattingOptions matting{.prior_weight = 0.3, .brightest = 4};
+        const MattingOptions matting{.brightest = 4},
+            of_found{.prior_weight = 0.3, .brightest = 4};
         given.push_back(
             MeanAbsoluteError(EstimateMatte(linear, trimap, matting).alpha, truth));
         const cv::Mat1b found = EstimateTrimap(DisplayFromLinear(linear)).trimap;
         automatic.push_back(
-            MeanAbsoluteError(EstimateMatte(linear, found, matting).alpha, truth));
+            MeanAbsoluteError(EstimateMatte(linear, found, of_found).alpha, truth));
       }
       const auto text = [](const std::vector<double>& errors) {
         double sum = 0;
