@@ -74,14 +74,6 @@ std::vector<cv::Vec3f> CommonColors(const cv::Mat3f& blocks, const cv::Mat1b& kn
   return colors;
 }
 
-// Adds each colour made brighter. (M11)
-void AddBrighter(double brightest, std::vector<cv::Vec3f>& colors) {
-  const std::size_t samples = colors.size();
-  for (float factor = 2; factor <= brightest; factor *= 2) {
-    for (std::size_t i = 0; i < samples; ++i) colors.push_back(factor * colors[i]);
-  }
-}
-
 struct Guess {
   float alpha = 0, confidence = 0;
 };
@@ -94,6 +86,22 @@ cv::Vec3f DisplaySlope(const cv::Vec3f& linear) {
     slope[c] = 0.44f * std::pow(std::max(linear[c], 0.003f), -0.5833f);
   }
   return slope;
+}
+
+// How many times brighter than its sample the foreground is: t of the mixture p F + q B
+// that is nearest to the pixel, with t = p / (1 - q), within [1, brightest]. (M11)
+float Brightness(const cv::Vec3f& pixel,
+                 const cv::Vec3f& f,
+                 const cv::Vec3f& b,
+                 double brightest) {
+  const double ff = f.dot(f), fb = f.dot(b), bb = b.dot(b);
+  const double pf = pixel.dot(f), pb = pixel.dot(b), determinant = ff * bb - fb * fb;
+  if (determinant < 1e-6 * ff * bb) return 1;  // One hue: brightness is alpha
+  const double q = (pb * ff - pf * fb) / determinant;
+  const double p = q < 0 ? pf / ff : (pf * bb - pb * fb) / determinant;
+  constexpr double kLeast = 0.02;  // Of alpha: below it nothing is seen of F
+  return static_cast<float>(
+      std::clamp(p / std::clamp(1 - q, kLeast, 1.0), 1.0, brightest));
 }
 
 // Colours that lie this far apart on a display tell alpha as surely as any.
@@ -110,7 +118,12 @@ Guess GuessOf(const cv::Vec3f& pixel,
   for (const cv::Vec3f& b : background) {
     const cv::Vec3f from_b = (pixel - b).mul(slope);
     for (const cv::Vec3f& f : foreground) {
-      const cv::Vec3f line = (f - b).mul(slope);
+      const float t =
+          options.brightest > 1
+              ? Brightness(
+                    pixel.mul(slope), f.mul(slope), b.mul(slope), options.brightest)
+              : 1;
+      const cv::Vec3f line = (t * f - b).mul(slope);
       const double apart2 = line.dot(line);
       if (apart2 < 1e-4) continue;
       const double a = std::clamp(from_b.dot(line) / apart2, 0.0, 1.0);
@@ -222,7 +235,6 @@ ColorPrior EstimateColorPrior(const cv::Mat3f& linear,
           for (int x = 0; x < linear.cols; ++x) {
             if (trimap(y, x) != kTrimapUnknown) continue;
             foreground.ColorsAround(x, y, near_foreground);
-            AddBrighter(options.brightest, near_foreground);
             background.ColorsAround(x, y, near_background);
             const Guess guess =
                 GuessOf(linear(y, x), near_foreground, near_background, options);

@@ -19,12 +19,13 @@
 //
 // Leaves in the sun are brighter than those that are surely tree, for a bright leaf is
 // nearer to the sky: a mixture of dark leaf and sky is taken for them, with colours that
-// are too dark. Light changes a leaf's brightness more than its hue. For a tree, F is
-// also each sample made brighter, by factors of two up to `brightest`:
+// are too dark. Light changes a leaf's brightness more than its hue. For a tree that was
+// found before the sky, F is each sample f made brighter, as the pixel tells itself:
 //
-//   F in { f, 2 f, 4 f ... brightest f }                                  (M11)
+//   F = t f,  t in [1, brightest] of the p f + q B nearest to I, t = p / (1 - q)   (M11)
 //
-// For other things this explains too much, and is off.
+// so that a leaf of any brightness is told from sky by its hue, as before a blue screen.
+// For other things, and with trimaps that are given, it explains too much, and is off.
 
 #include "relight/base/progress.h"
 
@@ -36,7 +37,7 @@ struct ColorPriorOptions {
   double sigma = 0.045;    // s of (M5), in display values.
   double purity = 10.0;    // p of (M5).
   double agreement = 0.1;  // Standard deviation of a over the pairs that still says much.
-  double brightest = 1.0;  // Of (M11); below 2: samples as they are.
+  double brightest = 1.0;  // Of (M11); 1: samples as they are.
 };
 
 struct ColorPrior {

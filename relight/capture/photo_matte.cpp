@@ -15,6 +15,10 @@ namespace relight {
 namespace fs = std::filesystem;
 namespace {
 
+// The colour prior is far surer where relight found the sky itself and leaves keep their
+// hue. Trimaps do without, and without brighter leaves: their sure foreground holds them.
+constexpr double kPriorBeforeSky = 12;
+
 std::string SizeText(cv::Size size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
@@ -161,12 +165,13 @@ PhotoMatte EstimatePhotoMatte(const Photo& photo,
     MattingOptions matting = options.closed_form;
     if (options.prior == MattePrior::kNone) matting.prior_weight = 0;
     matting.brightest = options.leaf_brightness;
+    const bool found = !matte.screen && (guide.automatic || guided_by == file);
     if (matting.brightest == 0) {
-      const bool found = guide.automatic || guided_by == file;
-      const bool before_sky = !matte.screen && (found || guide.of_tree) &&
-                              IsBeforeSky(DisplayFromLinear(photo.pixels), matte.trimap);
+      const bool before_sky =
+          found && IsBeforeSky(DisplayFromLinear(photo.pixels), matte.trimap);
       matting.brightest = before_sky ? 4 : 1;
     }
+    if (found && matting.brightest > 1) matting.prior_weight *= kPriorBeforeSky;
     return EstimateMatte(options.color == MatteColor::kDisplay
                              ? DisplayFromLinear(photo.pixels)
                              : photo.pixels,

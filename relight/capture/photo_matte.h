@@ -69,8 +69,7 @@ void Describe(MatteOptions& o, Visitor&& field) {
         FieldInfo{"leaf-brightness",
                   "",
                   "how many times brighter than leaves that are surely tree one may be; "
-                  "0: 4 where the tree was found before the sky and in captures "
-                  "before it, else 1",
+                  "0: 4 where the tree was found before the sky, else 1",
                   Between(0, 16)});
   Describe(o.closed_form, field);
   Describe(o.automatic, field);
@@ -84,7 +83,6 @@ struct MatteGuide {
   std::vector<std::filesystem::path> scribbles;  // A picture of strokes, or two masks.
   bool automatic = false;                       // What is not scribbled on is found, too.
   std::optional<std::filesystem::path> refine;  // A mask cut by hand.
-  bool of_tree = false;                         // Surely of a tree: a capture's.
   std::string screen;                           // As FindScreen takes it; empty: none.
 };
 

@@ -66,7 +66,6 @@ CaptureMattes::CaptureMattes(const Capture& capture,
 
 MatteGuide CaptureMattes::GuideOf(const ViewEntry& view) const {
   MatteGuide guide;
-  guide.of_tree = true;
   guide.trimap = FileOfView(capture_, "trimaps", view.name);
   if (guide.trimap) return guide;
   guide.automatic = true;
@@ -87,7 +86,7 @@ const ViewEntry* CaptureMattes::Teacher(const ViewEntry& view) const {
 }
 
 std::string CaptureMattes::KeyOf(const ViewEntry& view) const {
-  StageKey key("matte 3");
+  StageKey key("matte 4");
   key.Add(FieldsText(options_.photo)).Add(FieldsText(options_.matte));
   const auto add = [&](const ViewEntry& of) {
     key.AddFile(capture_.PhotoOf(of));

@@ -6,8 +6,8 @@
 // crown (1/20 of its height) with the photo's mean luminance P_i and the simulation's,
 // A_i by the sun and B_i by the rest,
 //
-//   ln P_i = c + ln(A_i + e^k B_i) + noise,   L(k) = (n / 2) ln var + k^2 / (2 d_0^2)
-//   (R7)
+//   ln P_i = c + ln(A_i + e^k B_i) + noise
+//   L(k) = (n / 2) ln var + k^2 / (2 d_0^2)                              (R7)
 //
 // with var the weighted variance of what is left over, c free, n patches, and a prior of
 // d_0 = 0.3 around the simulation as it is; k is where L is least, its deviation

@@ -508,13 +508,12 @@ void Trees() {
         const cv::Mat3f linear = ReadPhoto(entry.path(), reading).pixels;
         const cv::Mat1b trimap =
             TrimapFromGray(ReadMatte(folder / "trimap" / (name + ".png")));
-        // As in a capture
-        const MattingOptions matting{.brightest = 4};
-        given.push_back(
-            MeanAbsoluteError(EstimateMatte(linear, trimap, matting).alpha, truth));
+        given.push_back(MeanAbsoluteError(EstimateMatte(linear, trimap).alpha, truth));
+        // As where relight finds the sky itself (relight/capture/photo_matte.cpp)
+        const MattingOptions of_found{.prior_weight = 0.3, .brightest = 4};
         const cv::Mat1b found = EstimateTrimap(DisplayFromLinear(linear)).trimap;
         automatic.push_back(
-            MeanAbsoluteError(EstimateMatte(linear, found, matting).alpha, truth));
+            MeanAbsoluteError(EstimateMatte(linear, found, of_found).alpha, truth));
       }
       const auto text = [](const std::vector<double>& errors) {
         double sum = 0;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 namespace relight {
 namespace {
@@ -67,10 +68,29 @@ TEST(ColorPrior, KnowsSunlitLeavesFromShadedOnesBeforeTheSky) {
     const float a = 0.5f + 0.1f * static_cast<float>(i);
     dark_error += std::abs(dark.alpha(20, 22 + i) - a);
     tree_error += std::abs(tree.alpha(20, 22 + i) - a);
-    // Between 2 and 4 times: the nearest factors pull to either side
+    // Other pairs explain the pixel as well, with bark for leaf: they pull to either side
     EXPECT_NEAR(tree.alpha(20, 22 + i), a, 0.12) << i;
   }
   EXPECT_LT(tree_error, 0.5 * dark_error);
+}
+
+// A leaf of any brightness is told from sky by its hue, as before a blue screen: alpha
+// does not depend on how much light falls on the leaf.
+TEST(ColorPrior, DoesNotDependOnALeafsLightBeforeTheSky) {
+  for (const float a : {0.3f, 0.5f, 0.7f, 1.0f}) {
+    std::vector<float> found;
+    for (const float light : {1.0f, 1.4f, 2.0f, 2.8f, 4.0f}) {
+      Crown crown;
+      crown.image.setTo(kLeaf, crown.trimap == kTrimapForeground);
+      crown.image.setTo(kSky, crown.trimap == kTrimapBackground);
+      crown.image(20, 30) = light * a * kLeaf + (1 - a) * kSky;
+      const ColorPrior prior =
+          EstimateColorPrior(crown.image, crown.trimap, {.brightest = 4});
+      found.push_back(prior.alpha(20, 30));
+      // One hue of leaf, one of sky: the mixture is known but for rounding
+      EXPECT_NEAR(found.back(), a, 1e-3) << light;
+    }
+  }
 }
 
 TEST(ColorPrior, IsNotSureOfColoursItHasNotSeen) {
