@@ -51,6 +51,7 @@ void AddModelOptions(CLI::App& app, ViewRequest& r) {
   AddFlags(app, OurTransport(), "Light", r.options);
   AddFlags(app, NeighbourOptions(), "Light", r.options);
   AddFlags(app, CorrectionOptions(), "Light", r.options);
+  AddFlags(app, LightFitOptions(), "Light", r.options);
   AddFlags(app, ReadPhotoOptions(), "Photo", r.options);
   AddFlags(app, MatteOptions(), "Matte", r.options);
   AddFlags(app, OpacityOptions(), "Volume", r.options);

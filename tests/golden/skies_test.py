@@ -121,5 +121,19 @@ class Neighbours(RelightCase):
         self.refused("hour", capture, "--to", "17:00", "--occluder", "house.ply", names=[".obj"])
 
 
+class Fit(RelightCase):
+    def test_the_photos_own_shading_is_shown_when_it_is_asked(self):
+        capture = self.folder / "maple"
+        made_capture(capture)
+        words = ["hour", capture, "--to", "17:00", "-o", self.folder / "o.png", "--json"]
+        self.assertIsNone(self.done(*words).json["fit"])
+        answer = self.done(*words, "--fit-light").json
+        for part in ("sky", "density"):
+            # Four deviations of the prior around the simulation as it is
+            self.assertGreater(answer["fit"][part]["times"], 0.3)
+            self.assertLess(answer["fit"][part]["times"], 3.4)
+        self.assertTrue([n for n in answer["notes"] if "by the photo's own shading" in n])
+
+
 if __name__ == "__main__":
     unittest.main()
