@@ -120,18 +120,19 @@ const LightFit& RelitView::FitLight(const Progress& progress) {
         ShadingOf(seen.images.lights[0], view_.cut.foreground, view_.cut.alpha));
   };
   std::vector<double> log_scales, costs;
+  LightFit fit;
   for (int i = -2; i <= 2; ++i) {
+    const SkyFit here = judged(i == 0 ? view_.tree : scaled(i * kStep));
     log_scales.push_back(i * kStep);
-    costs.push_back(judged(scaled(i * kStep)).least);
+    costs.push_back(here.least);
+    if (i == 0) fit.unfitted = here.unfitted;
     progress.Report((i + 3) / 6.0);
   }
-  LightFit fit;
   fit.density = FitScale(log_scales, costs);
   fitted_tree_ = scaled(fit.density.log_value);
   const SkyFit sky = judged(*fitted_tree_);
   fit.sky = sky.sky;
   fit.spread = sky.spread;
-  fit.unfitted = judged(view_.tree).unfitted;
   fit_ = fit;
   return *fit_;
 }

@@ -5,6 +5,7 @@
 #include "relight/base/error.h"
 #include "relight/sky/cabral2011_sun.h"
 #include "relight/sky/preetham_sun.h"
+#include "tests/support/made_light.h"
 
 #include <gtest/gtest.h>
 
@@ -15,13 +16,7 @@
 namespace relight {
 namespace {
 
-SolarPosition SunAt(double azimuth_deg, double elevation_deg) {
-  const double azimuth_rad = RadFromDeg(azimuth_deg),
-               elevation_rad = RadFromDeg(elevation_deg);
-  return {azimuth_rad,
-          elevation_rad,
-          DirectionFromAzimuthElevation(azimuth_rad, elevation_rad)};
-}
+using tests::SunAt;
 
 const Eigen::Vector3d kUp(0.3, 0.4, std::sqrt(0.75)), kDown(0.6, 0.0, -0.8);
 

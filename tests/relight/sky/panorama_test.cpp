@@ -6,6 +6,7 @@
 #include "relight/photo/image_file.h"
 #include "relight/sky/daylight.h"
 #include "relight/sky/sky_panorama.h"
+#include "tests/support/made_light.h"
 #include "tests/support/scratch_folder.h"
 
 #include <gtest/gtest.h>
@@ -19,13 +20,7 @@ namespace {
 
 using std::numbers::pi;
 
-SolarPosition SunAt(double azimuth_deg, double elevation_deg) {
-  const double azimuth_rad = RadFromDeg(azimuth_deg),
-               elevation_rad = RadFromDeg(elevation_deg);
-  return {azimuth_rad,
-          elevation_rad,
-          DirectionFromAzimuthElevation(azimuth_rad, elevation_rad)};
-}
+using tests::SunAt;
 
 double Luminance(const Eigen::Array3d& rgb) {
   return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
