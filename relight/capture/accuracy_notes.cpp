@@ -12,6 +12,9 @@ namespace {
 constexpr double kLowSun_rad = RadFromDeg(25);   // [Cabral11, §8] warns below it
 constexpr double kAgainst_rad = RadFromDeg(60);  // Between view and sun
 constexpr std::size_t kFewViews = 8;
+// Above them trees of other kinds than those learned from came out 2 to 3 dB worse:
+// relight/ratio/training/train --judge (docs/validation.md)
+constexpr double kGlistening = 0.9, kLargeLeaves = 0.25;
 constexpr double kLittleTrust = 0.6;
 constexpr double kClearMisfit = 0.15;  // As sky_turbidity.h has it
 
@@ -46,6 +49,21 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
     notes.push_back(
         "the sky of the photos is not clear: a photo under an overcast sky that is taken "
         "for a clear one costs 2 dB; --input-sky overcast says so");
+  }
+  if (facts.contrast && facts.contrast->inside_patches > kGlistening) {
+    text.str("");
+    text << "the tree's leaves glisten or catch the sun singly (local contrast "
+         << facts.contrast->inside_patches << ", up to " << kGlistening
+         << " is usual): such rendered trees came out 2 dB less exact";
+    notes.push_back(text.str());
+  }
+  if (facts.contrast && facts.contrast->between_patches > kLargeLeaves) {
+    text.str("");
+    text << "leaves or their clusters are many times larger than a voxel (contrast over "
+            "1/40 of the height "
+         << facts.contrast->between_patches << ", up to " << kLargeLeaves
+         << " is usual): such rendered trees came out 3 dB less exact";
+    notes.push_back(text.str());
   }
   if (correction.mean_trust < kLittleTrust) {
     text.str("");

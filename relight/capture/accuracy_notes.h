@@ -21,6 +21,7 @@ struct AccuracyFacts {
   double heading_rad = 0.0;  // Of the view's camera.
   std::size_t views = 0;     // That the volume was made from.
   std::optional<TurbidityEstimate> air;
+  std::optional<PhotoContrast> contrast;
 };
 
 // One sentence each, the costliest first; none when nothing is known to cost.

@@ -124,7 +124,8 @@ HourResult RunHour(const HourPlan& plan, const StageStart& start) {
       AccuracyNotes({.input = plan.view.input.sun,
                      .heading_rad = RadFromDeg(plan.view.heading_deg),
                      .views = view.volume_views,
-                     .air = view.air},
+                     .air = view.air,
+                     .contrast = ContrastOfPhoto(tree.features)},
                     tree.light.correction);
   result.notes.insert(result.notes.end(), costs.begin(), costs.end());
 

@@ -5,20 +5,22 @@
 // the input of the learned correction (correction.h), by one code for training and use.
 //
 // A patch is a cell of a grid over the matte's box, 1/40 of the crown's height. Means
-// over a patch are of two sizes: "fine" is blurred by a Gaussian of 0.8 cells, "wide" by
-// one of
-// 3. Photo figures weigh each pixel by alpha, volume figures each sample u of a view ray
-// by its share tau sigma du, as (R1) does. Lengths are relative to the crown, so that a
-// tree whose size is only assumed gives the same figures; all are even under a mirrored
-// scene.
+// over a patch are of three sizes: "fine" is blurred by a Gaussian of 0.8 cells, "wide"
+// by one of 3 and "broad" by one of 7. Photo figures weigh each pixel by alpha, volume
+// figures each sample u of a view ray by its share tau sigma du, as (R1) does. Lengths
+// are relative to the crown, so that a tree whose size is only assumed gives the same
+// figures; all are even under a mirrored scene.
 
 #include "relight/cameras/camera.h"
+#include "relight/ratio/lit_states.h"
 #include "relight/scattering/arriving_light.h"
 #include "relight/sky/daylight.h"
 #include "relight/volume/extinction_grid.h"
 
 #include <opencv2/core.hpp>
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +42,18 @@ struct CorrectionFeatures {
 
 // Names of the planes, in their order. A change here asks for new weights.
 const std::vector<std::string>& CorrectionFeatureNames();
+
+// How the photo's luminance varies over the crown.
+struct PhotoContrast {
+  // Mean over patches of the standard deviation inside one, over its mean: high where
+  // leaves glisten, or catch the sun singly.
+  double inside_patches = 0;
+  // Standard deviation of ln(fine / wide mean): high where leaves, or what they are
+  // clustered in, are larger than a patch.
+  double between_patches = 0;
+};
+// Patches count by their cover; nothing without patches.
+std::optional<PhotoContrast> ContrastOfPhoto(const CorrectionFeatures& features);
 
 // One hour's light as the stages computed it.
 struct FeatureLight {
@@ -64,6 +78,7 @@ class CorrectionView {
  private:
   struct PhotoSums {
     cv::Mat1f alpha, red, green, blue, square, dark, bright;
+    std::array<cv::Mat1f, LuminanceBins::kCount> bins;
   };
   // Of the crown around a voxel, by a coarse grid that is blurred.
   struct Surroundings {

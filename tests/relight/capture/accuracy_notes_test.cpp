@@ -16,6 +16,7 @@ AccuracyFacts GoodFacts() {
       DirectionFromAzimuthElevation(facts.input.azimuth_rad, facts.input.elevation_rad);
   facts.heading_rad = RadFromDeg(60);
   facts.views = 12;
+  facts.contrast = PhotoContrast{0.8, 0.2};
   return facts;
 }
 
@@ -46,6 +47,14 @@ TEST(AccuracyNotes, NameEachThingThatCosts) {
   AccuracyFacts clouds = GoodFacts();
   clouds.air = TurbidityEstimate{.misfit = 0.3};
   only(clouds, {}, "--input-sky overcast");
+
+  AccuracyFacts glossy = GoodFacts();
+  glossy.contrast = PhotoContrast{1.1, 0.1};
+  only(glossy, {}, "glisten");
+
+  AccuracyFacts large = GoodFacts();
+  large.contrast = PhotoContrast{0.7, 0.4};
+  only(large, {}, "larger than a voxel");
 
   Correction unlike;
   unlike.mean_trust = 0.25;

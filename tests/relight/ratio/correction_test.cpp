@@ -132,6 +132,29 @@ TEST(CorrectionFeatures, AreEvenUnderAMirroredScene) {
   }
 }
 
+// Stripes of one pixel are contrast inside patches, stripes of many between them.
+TEST(CorrectionFeatures, TellFineContrastFromCoarse) {
+  Scene scene;
+  const auto contrast_of_stripes = [&](int width) {
+    for (int row = 0; row < scene.colors.rows; ++row) {
+      for (int column = 0; column < scene.colors.cols; ++column) {
+        scene.colors(row, column) =
+            cv::Vec3f::all(column / width % 2 == 0 ? 0.15f : 0.05f);
+      }
+    }
+    return ContrastOfPhoto(scene.Features(DaylightAt(150, 55), DaylightAt(260, 15)));
+  };
+  const std::optional<PhotoContrast> fine = contrast_of_stripes(1);
+  const std::optional<PhotoContrast> coarse = contrast_of_stripes(6);
+  ASSERT_TRUE(fine && coarse);
+  // 0.15 and 0.05 about 0.1
+  EXPECT_NEAR(fine->inside_patches, 0.5, 0.05);
+  EXPECT_LT(fine->between_patches, 0.1);
+  EXPECT_LT(coarse->inside_patches, fine->inside_patches);
+  EXPECT_GT(coarse->between_patches, 3 * fine->between_patches);
+  EXPECT_FALSE(ContrastOfPhoto({}));
+}
+
 TEST(CorrectionFeatures, DoNotDependOnThreads) {
   const Scene scene;
   const Daylight input = DaylightAt(150, 55), target = DaylightAt(260, 15);
