@@ -12,8 +12,8 @@ namespace {
 constexpr double kLowSun_rad = RadFromDeg(25);   // [Cabral11, §8] warns below it
 constexpr double kAgainst_rad = RadFromDeg(60);  // Between view and sun
 constexpr std::size_t kFewViews = 8;
-// Above them trees of other kinds than those learned from came out 2 to 3 dB worse:
-// relight/ratio/training/train --judge (docs/validation.md)
+// Above them trees of other kinds than those learned from came out that much worse than
+// below: relight/ratio/training/train --judge (docs/validation.md)
 constexpr double kGlistening = 0.9, kLargeLeaves = 0.25;
 constexpr double kLittleTrust = 0.6;
 constexpr double kClearMisfit = 0.15;  // As sky_turbidity.h has it
@@ -54,7 +54,7 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
     text.str("");
     text << "the tree's leaves glisten or catch the sun singly (local contrast "
          << facts.contrast->inside_patches << ", up to " << kGlistening
-         << " is usual): such rendered trees came out 2 dB less exact";
+         << " is usual): such rendered trees came out 2.5 dB less exact";
     notes.push_back(text.str());
   }
   if (facts.contrast && facts.contrast->between_patches > kLargeLeaves) {
@@ -62,7 +62,7 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
     text << "leaves or their clusters are many times larger than a voxel (contrast over "
             "1/40 of the height "
          << facts.contrast->between_patches << ", up to " << kLargeLeaves
-         << " is usual): such rendered trees came out 3 dB less exact";
+         << " is usual): such rendered trees came out 3.5 dB less exact";
     notes.push_back(text.str());
   }
   if (correction.mean_trust < kLittleTrust) {
