@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/ratio/correction_features.h"
 
-#include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
 #include "relight/sh/sky_coefficients.h"
@@ -18,8 +17,7 @@ namespace {
 
 constexpr int kPatchesInHeight = 40;
 constexpr int kMaxPatchesAcross = 160;
-// Standard deviations
-constexpr double kFinePatches = 0.8, kWidePatches = 3.0, kBroadPatches = 7.0;
+constexpr double kFinePatches = 0.8, kWidePatches = 3.0;  // Standard deviations
 
 float Luminance(const cv::Vec3f& c) {
   return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
@@ -68,81 +66,6 @@ cv::Mat1f Mean(const cv::Mat1f& sums, const cv::Mat1f& weights, double patches) 
 cv::Mat1f Log(const cv::Mat1f& image, double smallest) {
   cv::Mat1f result;
   cv::log(cv::max(image, smallest), result);
-  return result;
-}
-
-// Fine means of what a patch's leaves may be in.
-struct StateMeans {
-  cv::Mat1f lit_now, lit_then, lit_both, light_now, light_then;
-  cv::Mat1f reflectance;  // Relative luminance over light.
-  double sun_now = 0, sun_then = 0, between_suns_rad = 0;
-};
-
-// By (R8), of each patch: ln of the ratio over that of the mean light, and the share of
-// its pixels that is lit beyond what the volume says.
-std::array<cv::Mat1f, 2> LitStatePlanes(
-    const std::array<cv::Mat1f, LuminanceBins::kCount>& bins,
-    const StateMeans& means,
-    double spread) {
-  const cv::Size size = means.lit_now.size();
-  std::array<cv::Mat1f, 2> planes = {cv::Mat1f(size), cv::Mat1f(size)};
-  ParallelRanges(size.height, 1, [&](int begin, int end) {
-    std::array<float, LuminanceBins::kCount> pixels{};
-    for (int row = begin; row < end; ++row) {
-      for (int column = 0; column < size.width; ++column) {
-        const auto at = [&](const cv::Mat1f& plane) -> double {
-          return plane(row, column);
-        };
-        for (std::size_t b = 0; b < pixels.size(); ++b) pixels[b] = bins[b](row, column);
-        PatchLight light{.lit_now = at(means.lit_now),
-                         .lit_then = at(means.lit_then),
-                         .lit_both = at(means.lit_both),
-                         .sun_now = means.sun_now,
-                         .sun_then = means.sun_then,
-                         .between_suns_rad = means.between_suns_rad};
-        const auto sky = [&](const cv::Mat1f& whole, double sun, double lit) {
-          return std::max(0.01 * at(whole), at(whole) - sun * lit);
-        };
-        light.sky_now = sky(means.light_now, light.sun_now, light.lit_now);
-        light.sky_then = sky(means.light_then, light.sun_then, light.lit_then);
-        const LitStates states =
-            EstimateLitStates(pixels, light, at(means.reflectance), spread);
-        const double mean_ratio = at(means.light_then) / at(means.light_now);
-        planes[0](row, column) = static_cast<float>(
-            std::clamp(std::log(std::max(1e-9, states.ratio / mean_ratio)), -2.0, 2.0));
-        planes[1](row, column) = static_cast<float>(states.lit_share - light.lit_now);
-      }
-    }
-  });
-  return planes;
-}
-
-// How much a plane rises over 8 patches towards what lies in the picture along `towards`,
-// whose length counts.
-cv::Mat1f Slope(const cv::Mat1f& plane, const Eigen::Vector2d& towards) {
-  const double length = towards.norm();
-  if (length < 1e-9) return cv::Mat1f(plane.size(), 0.0f);
-  constexpr double kPatches = 4.0;
-  const auto at = [&](double row, double column) {
-    const double y = std::clamp(row, 0.0, plane.rows - 1.0);
-    const double x = std::clamp(column, 0.0, plane.cols - 1.0);
-    const int top = std::min(static_cast<int>(y), std::max(0, plane.rows - 2));
-    const int left = std::min(static_cast<int>(x), std::max(0, plane.cols - 2));
-    const int bottom = std::min(top + 1, plane.rows - 1);
-    const int right = std::min(left + 1, plane.cols - 1);
-    const double fy = y - top, fx = x - left;
-    return (1 - fy) * ((1 - fx) * plane(top, left) + fx * plane(top, right)) +
-           fy * ((1 - fx) * plane(bottom, left) + fx * plane(bottom, right));
-  };
-  const Eigen::Vector2d step = kPatches * towards / length;
-  cv::Mat1f result(plane.size());
-  for (int row = 0; row < plane.rows; ++row) {
-    for (int column = 0; column < plane.cols; ++column) {
-      result(row, column) =
-          static_cast<float>(length * (at(row + step.y(), column + step.x()) -
-                                       at(row - step.y(), column - step.x())));
-    }
-  }
   return result;
 }
 
@@ -311,11 +234,6 @@ const std::vector<std::string> kNames = {"photo_fine",
                                          "ratio_wide",
                                          "residual_fine",
                                          "residual_wide",
-                                         "residual_broad",
-                                         "residual_slope_input",
-                                         "residual_slope_target",
-                                         "photo_slope_input",
-                                         "photo_slope_target",
                                          "sun_input_fine",
                                          "sun_target_fine",
                                          "sun_input_wide",
@@ -325,14 +243,6 @@ const std::vector<std::string> kNames = {"photo_fine",
                                          "sun_target_spread",
                                          "sky_input",
                                          "sky_target",
-                                         "states_narrow_fine",
-                                         "states_narrow_wide",
-                                         "lit_narrow_fine",
-                                         "lit_narrow_wide",
-                                         "states_broad_fine",
-                                         "states_broad_wide",
-                                         "lit_broad_fine",
-                                         "lit_broad_wide",
                                          "depth_to_sun_input",
                                          "depth_to_sun_target",
                                          "depth_to_sun_input_w",
@@ -419,8 +329,7 @@ CorrectionView::CorrectionView(const ExtinctionGrid& grid,
 
   // Sums over the pixels of each patch; a row of patches belongs to one thread
   const auto zeros = [&] { return cv::Mat1f(cv::Mat1f::zeros(size)); };
-  photo_ = {zeros(), zeros(), zeros(), zeros(), zeros(), zeros(), zeros(), {}};
-  for (cv::Mat1f& bin : photo_.bins) bin = zeros();
+  photo_ = {zeros(), zeros(), zeros(), zeros(), zeros(), zeros(), zeros()};
   std::vector<int> first_row(static_cast<std::size_t>(size.height) + 1,
                              box.y + box.height);
   for (int row = box.y + box.height - 1; row >= box.y; --row) {
@@ -458,8 +367,6 @@ CorrectionView::CorrectionView(const ExtinctionGrid& grid,
     const float luminance = Luminance(color);
     if (luminance < dark) photo_.dark(row, column) += a;
     if (luminance > bright) photo_.bright(row, column) += a;
-    const double relative = luminance / std::max(1e-9, mean_luminance_);
-    photo_.bins[static_cast<std::size_t>(LuminanceBins::Of(relative))](row, column) += a;
   });
 
   // The crown's own measures, by where its extinction is
@@ -662,18 +569,7 @@ CorrectionFeatures CorrectionView::Under(const FeatureLight& input,
   add(ratio_fine);
   add(log_light[3] - log_light[2]);
   add(log_photo_fine - log_light[0]);
-  const cv::Mat1f residual_wide = log_photo_wide - log_light[2];
-  add(residual_wide);
-  const double mean_input = std::max(1e-9, mean_light[0]);
-  add(Log(photo(luminance, kBroadPatches), dim) - log_mean -
-      Log(along(kLightInput, kBroadPatches), 0.01 * mean_input) + std::log(mean_input));
-  const auto in_picture = [&](const Eigen::Vector3d& direction) -> Eigen::Vector2d {
-    return (camera_.camera_from_world.linear() * direction).head<2>();
-  };
-  for (const cv::Mat1f& of : {residual_wide, log_photo_wide}) {
-    add(Slope(of, in_picture(input.daylight.sun_direction)));
-    add(Slope(of, in_picture(target.daylight.sun_direction)));
-  }
+  add(log_photo_wide - log_light[2]);
 
   // Sun and sky at the samples of the rays
   const cv::Mat1f sun_in_fine = along(kSunInput, kFinePatches);
@@ -687,31 +583,6 @@ CorrectionFeatures CorrectionView::Under(const FeatureLight& input,
   add(along(kSunTargetSquare, kFinePatches) - sun_out_fine.mul(sun_out_fine));
   add(along(kSkyInput, kFinePatches));
   add(along(kSkyTarget, kFinePatches));
-
-  // What the photo shows of them: bright pixels are likely in the sun
-  std::array<cv::Mat1f, LuminanceBins::kCount> bins;
-  for (std::size_t b = 0; b < bins.size(); ++b)
-    bins[b] = Blurred(photo_.bins[b], kFinePatches);
-  StateMeans means{.lit_now = sun_in_fine,
-                   .lit_then = sun_out_fine,
-                   .lit_both = along(kSunBoth, kFinePatches),
-                   .light_now = cv::max(along(kLightInput, kFinePatches), 1e-9),
-                   .light_then = cv::max(along(kLightTarget, kFinePatches), 1e-9)};
-  const auto luminance_of_sun = [&](const Daylight& daylight) {
-    return luminance_of(daylight.sun_irradiance.cast<float>());
-  };
-  means.sun_now = luminance_of_sun(input.daylight);
-  means.sun_then = luminance_of_sun(target.daylight);
-  means.between_suns_rad =
-      AngleBetween(input.daylight.sun_direction, target.daylight.sun_direction);
-  cv::exp(residual_wide, means.reflectance);
-  means.reflectance /= mean_input;
-  for (const double spread : {0.5, 1.0}) {
-    for (const cv::Mat1f& plane : LitStatePlanes(bins, means, spread)) {
-      add(plane);
-      add(Mean(plane.mul(photo_.alpha), photo_.alpha, kWidePatches));
-    }
-  }
   add(along(kDepthToSunInput, kFinePatches));
   add(along(kDepthToSunTarget, kFinePatches));
   add(along(kDepthToSunInput, kWidePatches));

@@ -5,21 +5,19 @@
 // the input of the learned correction (correction.h), by one code for training and use.
 //
 // A patch is a cell of a grid over the matte's box, 1/40 of the crown's height. Means
-// over a patch are of three sizes: "fine" is blurred by a Gaussian of 0.8 cells, "wide"
-// by one of 3 and "broad" by one of 7. Photo figures weigh each pixel by alpha, volume
-// figures each sample u of a view ray by its share tau sigma du, as (R1) does. Lengths
-// are relative to the crown, so that a tree whose size is only assumed gives the same
-// figures; all are even under a mirrored scene.
+// over a patch are of two sizes: "fine" is blurred by a Gaussian of 0.8 cells, "wide" by
+// one of 3. Photo figures weigh each pixel by alpha, volume figures each sample u of a
+// view ray by its share tau sigma du, as (R1) does. Lengths are relative to the crown, so
+// that a tree whose size is only assumed gives the same figures; all are even under a
+// mirrored scene.
 
 #include "relight/cameras/camera.h"
-#include "relight/ratio/lit_states.h"
 #include "relight/scattering/arriving_light.h"
 #include "relight/sky/daylight.h"
 #include "relight/volume/extinction_grid.h"
 
 #include <opencv2/core.hpp>
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -78,7 +76,6 @@ class CorrectionView {
  private:
   struct PhotoSums {
     cv::Mat1f alpha, red, green, blue, square, dark, bright;
-    std::array<cv::Mat1f, LuminanceBins::kCount> bins;
   };
   // Of the crown around a voxel, by a coarse grid that is blurred.
   struct Surroundings {
