@@ -54,7 +54,7 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
     text.str("");
     text << "the tree's leaves glisten or catch the sun singly (local contrast "
          << facts.contrast->inside_patches << ", up to " << kGlistening
-         << " is usual): such rendered trees came out 2.5 dB less exact";
+         << " is usual): such rendered trees came out 2.4 dB less exact";
     notes.push_back(text.str());
   }
   if (facts.contrast && facts.contrast->between_patches > kLargeLeaves) {
@@ -62,7 +62,7 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
     text << "leaves or their clusters are many times larger than a voxel (contrast over "
             "1/40 of the height "
          << facts.contrast->between_patches << ", up to " << kLargeLeaves
-         << " is usual): such rendered trees came out 3.5 dB less exact";
+         << " is usual): such rendered trees came out 3.4 dB less exact";
     notes.push_back(text.str());
   }
   if (correction.mean_trust < kLittleTrust) {
