@@ -86,7 +86,9 @@ double LowestTargetSun(const LightOptions& options) {
   return LowestSun(ParseSky(options.sky, "sky"));
 }
 
-RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
+RunLight LightOfRun(const LightOptions& options,
+                    double lowest_sun_rad,
+                    bool with_bounce) {
   CheckFields(options);
   const SkyChoice wanted = ParseSky(options.sky, "sky"), input = InputSkyOf(options);
   RunLight light;
@@ -125,10 +127,10 @@ RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
   const bool may_be_atmosphere =
       has(SkyModel::kAtmosphere) ||
       ((wanted.IsClear() && !wanted.model) || (input.IsClear() && !input.model));
-  if (options.ground_albedo && !may_be_atmosphere) {
+  if (options.ground_albedo && !may_be_atmosphere && !with_bounce) {
     throw OptionError(
-        "--ground-albedo belongs to the sky atmosphere; leave it out, or give --sky "
-        "atmosphere");
+        "--ground-albedo belongs to the sky atmosphere and to --bounce; leave it out, or "
+        "give --sky atmosphere");
   }
   // One clear model for all that leave it open
   const bool low = lowest_sun_rad <= 0;  // No other clear sky has a twilight
@@ -161,7 +163,8 @@ RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad) {
         "all, "
         "and the ratio is the simulation's alone");
   }
-  if (options.ground_albedo && light.input.model != SkyModel::kAtmosphere &&
+  if (options.ground_albedo && !with_bounce &&
+      light.input.model != SkyModel::kAtmosphere &&
       light.target.model != SkyModel::kAtmosphere) {
     light.notes.push_back("--ground-albedo is not used: the sky is " +
                           SkyInWords(light.target) +

@@ -67,7 +67,8 @@ void Describe(LightOptions& o, Visitor&& field) {
   field(o.ground_albedo,
         FieldInfo{"ground-albedo",
                   "",
-                  "light that the ground reflects into the sky atmosphere; left out, 0.2",
+                  "light that the ground reflects, into the sky atmosphere and with "
+                  "--bounce into the tree; left out, 0.2",
                   Between(0, 1)});
   field(o.panorama_heading_deg,
         FieldInfo{"panorama-heading",
@@ -104,8 +105,10 @@ struct RunLight {
 // `lowest_sun_rad` of the input and all targets: at 0 or below `auto` is atmosphere,
 // else preetham. Panoramas are read. Throws OptionError for what does not go together (a
 // turbidity or a sky with cabral2011, clouds over an overcast sky), InputError as
-// ReadPanorama does.
-RunLight LightOfRun(const LightOptions& options, double lowest_sun_rad);
+// ReadPanorama does. `with_bounce`: the ground's albedo is used whatever the sky.
+RunLight LightOfRun(const LightOptions& options,
+                    double lowest_sun_rad,
+                    bool with_bounce = false);
 
 // "preetham", "cie:3", "atmosphere under 0.4 of clouds", "panorama:noon.hdr".
 std::string SkyInWords(const DaylightOptions& sky);

@@ -365,7 +365,8 @@ void PrepareAlone(const ViewPlan& plan, const Begin& begin, PreparedView& view) 
                                                      view.tree.occupied,
                                                      plan.options.sky_transmittance,
                                                      begin("light"),
-                                                     view.tree.occluder.get());
+                                                     view.tree.occluder.get(),
+                                                     plan.options.transport.clumping);
   view.progress = BeginVerb(plan, begin);
   if (AirIsAsked(plan)) {
     std::vector<SkySample> samples;

@@ -5,10 +5,15 @@
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
 #include "relight/photo/read_photo.h"
+#include "relight/scattering/ground_bounce.h"
 #include "relight/scattering/hot_spot.h"
+#include "relight/scattering/leaf_phase.h"
+#include "relight/scattering/multiple_scattering.h"
+#include "relight/sh/sky_coefficients.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace relight {
 namespace {
@@ -37,6 +42,17 @@ bool SkyIsLearned(const RunLight& light) {
          light.target.cloud == 0;
 }
 
+// Of the leaves, as green as the photo shows them, with `green` of that channel.
+Eigen::Array3f LeafAlbedo(const PreparedView& view, double green) {
+  const cv::Scalar mean = cv::mean(view.cut.foreground, view.cut.alpha > 0.5f);
+  Eigen::Array3f albedo;
+  for (int c = 0; c < 3; ++c) {
+    const double share = mean[1] > 0 ? mean[c] / mean[1] : 1.0;
+    albedo[c] = static_cast<float>(std::clamp(green * share, 0.0, 0.95));
+  }
+  return albedo;
+}
+
 }  // namespace
 
 double ExposureStops(const std::string& exposure, double mean_ratio) {
@@ -59,7 +75,8 @@ RelitView::RelitView(const PreparedView& view,
   }
   light_ = LightOfRun(
       options_.light,
-      std::min(input.elevation_rad, lowest_sun_rad.value_or(input.elevation_rad)));
+      std::min(input.elevation_rad, lowest_sun_rad.value_or(input.elevation_rad)),
+      options_.transport.bounce);
 }
 
 Daylight RelitView::DaylightUnder(const SolarPosition& sun) const {
@@ -78,6 +95,29 @@ std::vector<std::string> RelitView::NotesOfPanoramas(const SolarPosition& target
   return notes;
 }
 
+std::vector<Eigen::Array3f> RelitView::Bounce(const Tree& tree,
+                                              const Daylight& daylight) const {
+  constexpr double kGroundAlbedo = 0.2;
+  GroundShadowOptions options = options_.shadow;
+  options.sky_directions = 64;  // The light of the ground is soft
+  options.sky_level = 1;        // All of it counts
+  const GroundShadow shadow =
+      MakeGroundShadow(tree.grid, daylight, options, {}, tree.occluder.get());
+  const double sine = std::max(0.0, daylight.sun_direction.z());
+  const Eigen::Array3d unshadowed =
+      options_.light.ground_albedo.value_or(kGroundAlbedo) / std::numbers::pi *
+      (sine * daylight.sun_irradiance + HorizontalSkyIrradiance(daylight)).max(0.0);
+  return GroundBounce(
+      tree.grid,
+      tree.occupied,
+      unshadowed,
+      [&](const Eigen::Vector2d& ground_m) -> Eigen::Array3f {
+        const cv::Vec3f left = shadow.At(ground_m);
+        return {left[0], left[1], left[2]};
+      },
+      options.ground_z_m);
+}
+
 ArrivingLight RelitView::Arriving(const Tree& tree, const Daylight& daylight) const {
   const ArrivingLightOptions transport =
       TransportOf(options_.light.method, options_.transport);
@@ -87,15 +127,30 @@ ArrivingLight RelitView::Arriving(const Tree& tree, const Daylight& daylight) co
                                       daylight,
                                       transport,
                                       tree.occluder.get());
-  AddHotSpot(tree.grid,
-             tree.occupied,
-             daylight,
-             view_.camera.PositionInWorld(),
-             transport.gap_length_m,
-             light);
+  if (transport.bounce) light.indirect = Bounce(tree, daylight);
+  if (transport.multiple_scattering > 0) {
+    const std::vector<Eigen::Array3f> scattered =
+        MultipleScattering(tree.grid,
+                           tree.occupied,
+                           light,
+                           LeafAlbedo(view_, transport.multiple_scattering));
+    for (std::size_t v = 0; v < scattered.size(); ++v) light.indirect[v] += scattered[v];
+  }
+  const Eigen::Vector3d eye = view_.camera.PositionInWorld();
+  AddHotSpot(tree.grid, tree.occupied, daylight, eye, transport.gap_length_m, light);
+  if (transport.leaf_transmission) {
+    ScatterTowards(eye,
+                   *transport.leaf_transmission,
+                   tree.grid,
+                   tree.occupied,
+                   tree.sky_transmittance,
+                   daylight,
+                   light);
+  }
   if (fit_) {
-    const auto sky = static_cast<float>(std::exp(fit_->sky.log_value));
-    for (Eigen::Array3f& color : light.sky) color *= sky;
+    const auto rest = static_cast<float>(std::exp(fit_->sky.log_value));
+    for (Eigen::Array3f& color : light.sky) color *= rest;
+    for (Eigen::Array3f& color : light.indirect) color *= rest;
   }
   return light;
 }
@@ -108,8 +163,12 @@ const LightFit& RelitView::FitLight(const Progress& progress) {
     for (float& sigma : tree.grid.sigma_per_m) {
       sigma *= static_cast<float>(std::exp(log_scale));
     }
-    tree.sky_transmittance =
-        ProjectTransmittance(tree.grid, tree.occupied, options_.sky_transmittance);
+    tree.sky_transmittance = ProjectTransmittance(tree.grid,
+                                                  tree.occupied,
+                                                  options_.sky_transmittance,
+                                                  {},
+                                                  tree.occluder.get(),
+                                                  options_.transport.clumping);
     return tree;
   };
   const auto judged = [&](const Tree& tree) {

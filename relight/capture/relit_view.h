@@ -82,6 +82,7 @@ class RelitView {
   const RunLight& light() const { return light_; }
 
  private:
+  std::vector<Eigen::Array3f> Bounce(const Tree& tree, const Daylight& daylight) const;
   ArrivingLight Arriving(const Tree& tree, const Daylight& daylight) const;
   const LightFit& FitLight(const Progress& progress);
   GroundShadow ShadowOnGround(const Daylight& daylight) const;

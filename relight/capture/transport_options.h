@@ -36,15 +36,12 @@ inline ArrivingLightOptions TransportOf(Method method,
                                         const ArrivingLightOptions& options) {
   CheckFields(options);
   if (method != Method::kCabral2011) return options;
-  const ArrivingLightOptions ours = OurTransport();
-  if (options.sun_directions != ours.sun_directions ||
-      options.own_shade != ours.own_shade || options.gap_length_m != ours.gap_length_m) {
-    throw OptionError(
-        "cabral2011 has the sun's centre alone, a voxel's full own shade and leaves "
-        "that are points; leave --sun-directions, --own-shade and --gap-length out, or "
-        "the method");
-  }
-  return {};
+  if (options == OurTransport()) return {};
+  throw OptionError(
+      "cabral2011 has the sun's centre alone, a voxel's full own shade, and leaves that "
+      "are points at random and scatter the light of sun and sky once, evenly; leave "
+      "--sun-directions, --own-shade, --gap-length, --clumping, --leaf-transmission, "
+      "--multiple-scattering and --bounce out, or the method");
 }
 
 }  // namespace relight

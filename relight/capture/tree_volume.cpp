@@ -37,6 +37,7 @@ std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
 std::string LightKey(const Capture& capture, const CaptureOptions& options) {
   StageKey key("light 2");
   key.Add(FieldsText(options.sky_transmittance)).AddFile(capture.folder / kVolumeFile);
+  if (options.transport.clumping > 0) key.Add(FieldText(options.transport.clumping));
   if (!options.neighbours.occluder.empty()) key.AddFile(options.neighbours.occluder);
   return key.Hash();
 }
@@ -215,8 +216,12 @@ Tree TreeOf(const Capture& capture,
         bands, ReadChannels(capture.folder / kLightFile, tree.grid, "sh", bands * bands));
     return tree;
   }
-  tree.sky_transmittance = ProjectTransmittance(
-      tree.grid, tree.occupied, options.sky_transmittance, progress, tree.occluder.get());
+  tree.sky_transmittance = ProjectTransmittance(tree.grid,
+                                                tree.occupied,
+                                                options.sky_transmittance,
+                                                progress,
+                                                tree.occluder.get(),
+                                                options.transport.clumping);
   const fs::path folder = MakeFolderOf(capture.folder, kLightFile.parent_path());
   // Floats in the file; what is too large to keep is made again each time
   const std::uintmax_t bytes =

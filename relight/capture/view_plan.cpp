@@ -370,7 +370,9 @@ ViewPlan PlanView(const ViewRequest& request,
   }
   plan.options = OptionsFrom(of_capture, request.options);
   // Says now what does not go together
-  static_cast<void>(LightOfRun(plan.options.light, RadFromDeg(45)));
+  static_cast<void>(
+      LightOfRun(plan.options.light, RadFromDeg(45), plan.options.transport.bounce));
+  static_cast<void>(TransportOf(plan.options.light.method, plan.options.transport));
   static_cast<void>(OccluderOf(plan.options));
   PhotoFacts facts;
   facts.file = plan.photo.string();

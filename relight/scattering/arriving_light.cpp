@@ -40,6 +40,11 @@ std::vector<Eigen::Vector3d> OverDisc(const Eigen::Vector3d& sun, int directions
 
 }  // namespace
 
+double TransmittanceOfDepth(double depth, double clumping) {
+  if (clumping <= 0) return std::exp(-depth);
+  return std::pow(1 + clumping * depth, -1 / clumping);
+}
+
 std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
                                     const OccupiedVoxels& occupied,
                                     const Eigen::Vector3d& sun_direction,
@@ -56,6 +61,11 @@ std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
       const double sigma = grid.sigma_per_m[grid.Index(at.x(), at.y(), at.z())];
       const double own = std::exp((1 - options.own_shade) * half_m * sigma);
       tau[v] = std::min(1.0f, tau[v] * static_cast<float>(own));
+    }
+  }
+  if (options.clumping > 0) {
+    for (float& t : tau) {
+      t = static_cast<float>(TransmittanceOfDepth(-std::log(t), options.clumping));
     }
   }
   if (occluder == nullptr || occluder->empty()) return tau;
@@ -75,6 +85,24 @@ std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
   return tau;
 }
 
+// sum_lm L_lm c_lm(u)                                             [Cabral11, Eq. 17]
+std::vector<Eigen::Array3f> SkyLight(const SkyTransmittance& sky_transmittance,
+                                     const ShCoefficients& sky) {
+  const std::size_t voxels = sky_transmittance.voxels;
+  std::vector<Eigen::Array3f> light(voxels);
+  const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> radiance =
+      sky.cast<float>();
+  ParallelRanges(static_cast<int>(voxels), 4096, [&](int begin, int end) {
+    ColorProduct(sky_transmittance.half.data() + begin,
+                 voxels,
+                 radiance.data(),
+                 static_cast<std::size_t>(radiance.rows()),
+                 light[static_cast<std::size_t>(begin)].data(),
+                 static_cast<std::size_t>(end - begin));
+  });
+  return light;
+}
+
 ArrivingLight LightArriving(const ExtinctionGrid& grid,
                             const OccupiedVoxels& occupied,
                             const SkyTransmittance& sky_transmittance,
@@ -86,7 +114,7 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
   Require(sky_transmittance.bands > 0 && sky_transmittance.voxels == voxels,
           "the sky's transmittance belongs to this volume");
   const std::vector<Eigen::Array3f> dark(voxels, Eigen::Array3f::Zero());
-  ArrivingLight light{dark, dark, dark};
+  ArrivingLight light{dark, {}, dark};
 
   // The sun, attenuated on its way in
   if ((daylight.sun_irradiance > 0).any()) {
@@ -96,18 +124,8 @@ ArrivingLight LightArriving(const ExtinctionGrid& grid,
     for (std::size_t v = 0; v < voxels; ++v) light.sun[v] = sun * tau[v];
   }
 
-  // The sky: sum_lm L_lm c_lm [Cabral11, Eq. 17]
-  const ShCoefficients sky = SkyCoefficients(daylight, sky_transmittance.bands);
-  const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> radiance =
-      sky.cast<float>();
-  ParallelRanges(static_cast<int>(voxels), 4096, [&](int begin, int end) {
-    ColorProduct(sky_transmittance.half.data() + begin,
-                 voxels,
-                 radiance.data(),
-                 static_cast<std::size_t>(radiance.rows()),
-                 light.sky[static_cast<std::size_t>(begin)].data(),
-                 static_cast<std::size_t>(end - begin));
-  });
+  light.sky =
+      SkyLight(sky_transmittance, SkyCoefficients(daylight, sky_transmittance.bands));
   return light;
 }
 

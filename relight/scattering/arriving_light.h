@@ -26,14 +26,25 @@
 // own extinction, r = cell / max |w_i|; of that a share a is left:
 //
 //   tau(u, w_sun)' = tau(u, w_sun) exp((1 - a) sigma(u) r / 2)                   (S3)
+//
+// Departs from it once more on demand: leaves in clumps leave more gaps than as many
+// leaves at random. A way of the optical depth D, for sun and sky alike, then transmits
+//
+//   tau = (1 + k D)^(-1 / k)                                                     (S9)
+//
+// the mean of exp(-g D) over densities g of mean 1 and variance k. Of the sun's disc, of
+// the disc's mean.
 
 #include "relight/base/field.h"
 #include "relight/scattering/sky_transmittance.h"
+#include "relight/sh/projection.h"
 #include "relight/sky/daylight.h"
 #include "relight/volume/extinction_grid.h"
 
 #include <Eigen/Core>
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace relight {
@@ -43,15 +54,28 @@ namespace relight {
 struct ArrivingLight {
   std::vector<Eigen::Array3f> sun;
   std::vector<Eigen::Array3f> sky;
-  std::vector<Eigen::Array3f> indirect;  // From the ground (ground_bounce.h); else 0.
+  // From the ground (ground_bounce.h) and from leaf to leaf (multiple_scattering.h); 0
+  // but for these.
+  std::vector<Eigen::Array3f> indirect;
+
+  Eigen::Array3f Total(std::size_t voxel) const {
+    return sun[voxel] + sky[voxel] + indirect[voxel];
+  }
 };
 
 struct ArrivingLightOptions {
   int sun_directions = 1;  // n of (S2); 1: to the sun's centre, as [Cabral11].
   double own_shade = 1.0;  // a of (S3); 1: all of it, as [Cabral11].
-  // l of (S4), hot_spot.h, which needs the eye: no part of LightArriving. 0: points, as
-  // [Cabral11].
-  double gap_length_m = 0.0;
+  double clumping = 0.0;   // k of (S9); 0: leaves at random, as [Cabral11].
+
+  // No part of LightArriving, for they need the eye, the ground or the light itself; all
+  // off as in [Cabral11].
+  double gap_length_m = 0.0;                     // l of (S4), hot_spot.h.
+  std::optional<double> leaf_transmission = {};  // t of (S11), leaf_phase.h.
+  double multiple_scattering = 0.0;              // a of (S12), multiple_scattering.h.
+  bool bounce = false;                           // ground_bounce.h
+
+  bool operator==(const ArrivingLightOptions&) const = default;
 };
 
 template <class Visitor>
@@ -72,18 +96,47 @@ void Describe(ArrivingLightOptions& o, Visitor&& field) {
                   "length over which gaps between leaves hang together, some 0.4 of "
                   "a leaf's width: what is seen from near the sun's direction is lit",
                   Between(0, 1)});
+  field(o.clumping,
+        FieldInfo{"clumping",
+                  "",
+                  "how far leaves stand in clumps that let more light through; 0 for "
+                  "leaves at random",
+                  Between(0, 4)});
+  field(o.leaf_transmission,
+        FieldInfo{"leaf-transmission",
+                  "",
+                  "of the light that a leaf scatters, the share that goes through it; "
+                  "left out, leaves scatter evenly to all sides",
+                  Between(0, 1)});
+  field(o.multiple_scattering,
+        FieldInfo{"multiple-scattering",
+                  "",
+                  "share of green light that a leaf scatters on to other leaves, some "
+                  "0.3; 0 for none",
+                  Between(0, 0.95)});
+  field(o.bounce,
+        FieldInfo{"bounce",
+                  "",
+                  "light that the ground sends up into the tree, of --ground-albedo"});
 }
 
-// tau(u, w_sun) for each non-empty voxel, as (S2) and (S3) say, behind `occluder` where
-// given: by the mean of its T over the same directions. Throws OptionError.
+// (S9), or exp(-depth) for k = 0.
+double TransmittanceOfDepth(double depth, double clumping);
+
+// tau(u, w_sun) for each non-empty voxel, as (S2), (S3), (S9) say, behind `occluder`
+// where given: by the mean of its T over the same directions. Throws OptionError.
 std::vector<float> SunTransmittance(const ExtinctionGrid& grid,
                                     const OccupiedVoxels& occupied,
                                     const Eigen::Vector3d& sun_direction,
                                     const ArrivingLightOptions& options = {},
                                     const Occluder* occluder = nullptr);
 
-// The sky's light is floored at 0: a few bands may overshoot in the darkest voxels. What
-// an occluder takes of it is in `sky_transmittance`.
+// The sky's light at each voxel, floored at 0: a few bands may overshoot in the darkest
+// voxels. `sky` has the bands of the transmittance.
+std::vector<Eigen::Array3f> SkyLight(const SkyTransmittance& sky_transmittance,
+                                     const ShCoefficients& sky);
+
+// What an occluder and clumps change of the sky is in `sky_transmittance`.
 // Throws OptionError.
 ArrivingLight LightArriving(const ExtinctionGrid& grid,
                             const OccupiedVoxels& occupied,

@@ -49,7 +49,8 @@ SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const SkyTransmittanceOptions& options,
                                       const Progress& progress,
-                                      const Occluder* occluder) {
+                                      const Occluder* occluder,
+                                      double clumping) {
   CheckFields(options);
   const std::vector<Eigen::Vector3d> directions = SphereDirections(options.directions);
   const double weight_sr = 4 * std::numbers::pi / options.directions;
@@ -63,8 +64,9 @@ SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
   if (occluder != nullptr && !occluder->empty()) {
     further = OccluderDepth(*occluder, grid, occupied);
   }
-  return PackedSky(options.bands,
-                   ProjectSwept(grid, occupied, directions, basis, progress, further));
+  return PackedSky(
+      options.bands,
+      ProjectSwept(grid, occupied, directions, basis, progress, further, clumping));
 }
 
 }  // namespace relight

@@ -55,12 +55,13 @@ std::vector<std::vector<float>> UnpackedSky(const SkyTransmittance& sky);
 // The first bands of more.
 SkyTransmittance FirstBands(const SkyTransmittance& sky, int bands);
 
-// With `occluder`, where given, beside the tree. Throws OptionError, Cancelled. The
-// result does not depend on the threads.
+// With `occluder`, where given, beside the tree; `clumping`: k of (S9), arriving_light.h.
+// Throws OptionError, Cancelled. The result does not depend on the threads.
 SkyTransmittance ProjectTransmittance(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const SkyTransmittanceOptions& options = {},
                                       const Progress& progress = {},
-                                      const Occluder* occluder = nullptr);
+                                      const Occluder* occluder = nullptr,
+                                      double clumping = 0.0);
 
 }  // namespace relight

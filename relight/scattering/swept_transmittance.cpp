@@ -186,7 +186,8 @@ std::vector<std::vector<float>> ProjectSwept(const ExtinctionGrid& grid,
                                              std::span<const Eigen::Vector3d> directions,
                                              std::span<const float> basis,
                                              const Progress& progress,
-                                             const FurtherDepth& further) {
+                                             const FurtherDepth& further,
+                                             double clumping) {
   Require(!directions.empty() && basis.size() % directions.size() == 0,
           "as many functions of every direction");
   const std::size_t functions = basis.size() / directions.size();
@@ -213,6 +214,9 @@ std::vector<std::vector<float>> ProjectSwept(const ExtinctionGrid& grid,
           const Eigen::Vector3d& direction = directions[chosen[begin + place]];
           float* depth = &depths[place * padded];
           SweepDepths(planes, direction, lines, depth);
+          for (std::size_t v = 0; clumping > 0 && v < voxels; ++v) {
+            depth[v] = static_cast<float>(std::log1p(clumping * depth[v]) / clumping);
+          }
           if (!further) continue;
           std::vector<float> more(voxels, 0.0f);
           further(direction, more);

@@ -40,7 +40,8 @@ namespace relight {
 // values a direction as there are functions: basis[d * functions + c]. `direction`: unit
 // vectors, away from the voxel. `further`, where given, adds what else is on the way
 // along a direction to the optical depths of the voxels, from any thread. The result does
-// not depend on the threads. Throws Cancelled.
+// not depend on the threads. `clumping`: k of (S9), arriving_light.h, of the grid's own
+// depths. Throws Cancelled.
 using FurtherDepth =
     std::function<void(const Eigen::Vector3d& direction, std::span<float> depth)>;
 std::vector<std::vector<float>> ProjectSwept(const ExtinctionGrid& grid,
@@ -48,7 +49,8 @@ std::vector<std::vector<float>> ProjectSwept(const ExtinctionGrid& grid,
                                              std::span<const Eigen::Vector3d> directions,
                                              std::span<const float> basis,
                                              const Progress& progress = {},
-                                             const FurtherDepth& further = {});
+                                             const FurtherDepth& further = {},
+                                             double clumping = 0.0);
 
 // tau(u, direction) of (S6) for each non-empty voxel.
 std::vector<float> TransmittanceSwept(const ExtinctionGrid& grid,

@@ -85,10 +85,51 @@ void RowOpticalDepth(const ExtinctionGrid& grid,
   }
 }
 
+namespace {
+
+std::size_t RowAt(const ExtinctionGrid& grid, int y, int z) {
+  return static_cast<std::size_t>(y) +
+         static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(z);
+}
+
+// What row(begin, end, y, z, values) writes to values[begin … end - 1], voxel by voxel.
+template <class Row>
+std::vector<float> OfRows(const ExtinctionGrid& grid,
+                          const OccupiedVoxels& occupied,
+                          const RowExtents& rows,
+                          const Row& row) {
+  std::vector<float> result(occupied.cell.size());
+  ParallelRanges(grid.cells.z(), 1, [&](int z_begin, int z_end) {
+    std::vector<float> values(static_cast<std::size_t>(grid.cells.x()));
+    for (int z = z_begin; z < z_end; ++z) {
+      for (int y = 0; y < grid.cells.y(); ++y) {
+        const int begin = rows.first[RowAt(grid, y, z)];
+        const int end = rows.last[RowAt(grid, y, z)] + 1;
+        if (begin >= end) continue;
+        row(begin, end, y, z, values.data());
+        for (int x = begin; x < end; ++x) {
+          const int voxel = occupied.of_cell[grid.Index(x, y, z)];
+          if (voxel >= 0) {
+            result[static_cast<std::size_t>(voxel)] = values[static_cast<std::size_t>(x)];
+          }
+        }
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace
+
 std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const Eigen::Vector3d& direction) {
-  return MeanTransmittanceAlong(grid, occupied, {&direction, 1});
+  const std::vector<PatternStep> pattern = RayPattern(grid.cells, grid.cell_m, direction);
+  const RowExtents rows = FindRowExtents(grid);
+  return OfRows(grid, occupied, rows, [&](int begin, int end, int y, int z, float* tau) {
+    RowOpticalDepth(grid, rows, pattern, begin, end, y, z, tau + begin);
+    ExpOfNegative(tau + begin, static_cast<std::size_t>(end - begin));
+  });
 }
 
 namespace {
@@ -137,60 +178,40 @@ std::vector<float> MeanTransmittanceAlong(const ExtinctionGrid& grid,
                                           const OccupiedVoxels& occupied,
                                           std::span<const Eigen::Vector3d> directions) {
   Require(!directions.empty(), "one direction or more");
+  if (directions.size() == 1) return TransmittanceAlong(grid, occupied, directions[0]);
   std::vector<std::vector<BundleStep>> bundles;
   for (std::size_t i = 0; i < directions.size(); i += kBundle) {
     bundles.push_back(BundlePattern(
         grid, directions.subspan(i, std::min(kBundle, directions.size() - i))));
   }
   const RowExtents rows = FindRowExtents(grid);
-  const auto row_at = [&](int y, int z) {
-    return static_cast<std::size_t>(y) +
-           static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(z);
-  };
   const float share = 1.0f / static_cast<float>(directions.size());
-  std::vector<float> transmittance(occupied.cell.size());
-  ParallelRanges(grid.cells.z(), 1, [&](int z_begin, int z_end) {
-    std::vector<float> mean(static_cast<std::size_t>(grid.cells.x()));
+  return OfRows(grid, occupied, rows, [&](int begin, int end, int y, int z, float* mean) {
     std::vector<RowStep> steps;
-    for (int z = z_begin; z < z_end; ++z) {
-      for (int y = 0; y < grid.cells.y(); ++y) {
-        const std::size_t row = row_at(y, z);
-        const int begin = rows.first[row], end = rows.last[row] + 1;
-        if (begin >= end) continue;
-        std::fill(mean.begin(), mean.end(), 0.0f);
-        for (std::size_t b = 0; b < bundles.size(); ++b) {
-          // What the row's rays meet
-          steps.clear();
-          for (const BundleStep& step : bundles[b]) {
-            const int source_y = y + step.dy, source_z = z + step.dz;
-            if (source_y < 0 || source_z < 0 || source_y >= grid.cells.y() ||
-                source_z >= grid.cells.z()) {
-              continue;
-            }
-            const std::size_t source = row_at(source_y, source_z);
-            const int from = std::max(begin, rows.first[source] - step.dx);
-            const int to = std::min(end, rows.last[source] + 1 - step.dx);
-            if (from >= to) continue;
-            // Of x = 0, which need not be in the row
-            const float* sigma =
-                grid.sigma_per_m.data() +
-                static_cast<std::ptrdiff_t>(grid.Index(0, source_y, source_z)) + step.dx;
-            steps.push_back({sigma, from, to, step.length_m});
-          }
-          const std::size_t count = std::min(kBundle, directions.size() - b * kBundle);
-          AddBundle(steps.data(), steps.size(), count, share, begin, end, mean.data());
+    std::fill(mean + begin, mean + end, 0.0f);
+    for (std::size_t b = 0; b < bundles.size(); ++b) {
+      // What the row's rays meet
+      steps.clear();
+      for (const BundleStep& step : bundles[b]) {
+        const int source_y = y + step.dy, source_z = z + step.dz;
+        if (source_y < 0 || source_z < 0 || source_y >= grid.cells.y() ||
+            source_z >= grid.cells.z()) {
+          continue;
         }
-        for (int x = begin; x < end; ++x) {
-          const int voxel = occupied.of_cell[grid.Index(x, y, z)];
-          if (voxel >= 0) {
-            transmittance[static_cast<std::size_t>(voxel)] =
-                mean[static_cast<std::size_t>(x)];
-          }
-        }
+        const std::size_t source = RowAt(grid, source_y, source_z);
+        const int from = std::max(begin, rows.first[source] - step.dx);
+        const int to = std::min(end, rows.last[source] + 1 - step.dx);
+        if (from >= to) continue;
+        // Of x = 0, which need not be in the row
+        const float* sigma =
+            grid.sigma_per_m.data() +
+            static_cast<std::ptrdiff_t>(grid.Index(0, source_y, source_z)) + step.dx;
+        steps.push_back({sigma, from, to, step.length_m});
       }
+      const std::size_t count = std::min(kBundle, directions.size() - b * kBundle);
+      AddBundle(steps.data(), steps.size(), count, share, begin, end, mean);
     }
   });
-  return transmittance;
 }
 
 }  // namespace relight

@@ -27,18 +27,26 @@ void ForEachPixelOf(const PanoramaSky& sky, const Take& take) {
 }  // namespace
 
 // L_lm = integral of L_sky(omega) Y_lm(omega) d omega                           (H7)
-ShCoefficients SkyCoefficients(const Daylight& daylight, int bands) {
+ShCoefficients SkyCoefficients(
+    const Daylight& daylight,
+    int bands,
+    const std::function<double(const Eigen::Vector3d&)>& weight) {
+  const auto share = [&](const Eigen::Vector3d& direction) {
+    return weight ? weight(direction) : 1.0;
+  };
   if (const auto* panorama = std::get_if<PanoramaSky>(&daylight.sky)) {
     ShCoefficients coefficients = ShCoefficients::Zero(ShCount(bands), 3);
-    ForEachPixelOf(
-        *panorama, [&](const Eigen::Vector3d& direction, const Eigen::Array3d& color) {
-          coefficients +=
-              SphericalHarmonics(direction, bands) * color.matrix().transpose();
-        });
+    ForEachPixelOf(*panorama,
+                   [&](const Eigen::Vector3d& direction, const Eigen::Array3d& color) {
+                     coefficients += SphericalHarmonics(direction, bands) *
+                                     (share(direction) * color).matrix().transpose();
+                   });
     return coefficients;
   }
   return ProjectColorOnSh(
-      [&](const Eigen::Vector3d& direction) { return daylight.SkyRadiance(direction); },
+      [&](const Eigen::Vector3d& direction) -> Eigen::Array3d {
+        return share(direction) * daylight.SkyRadiance(direction);
+      },
       bands);
 }
 

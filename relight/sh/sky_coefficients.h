@@ -15,10 +15,16 @@
 
 #include <Eigen/Core>
 
+#include <functional>
+
 namespace relight {
 
-// [cd/m2 sr^1/2] per channel; bands^2 rows.
-ShCoefficients SkyCoefficients(const Daylight& daylight, int bands = kSkyBands);
+// [cd/m2 sr^1/2] per channel; bands^2 rows. With `weight`: of L_sky(omega)
+// weight(omega).
+ShCoefficients SkyCoefficients(
+    const Daylight& daylight,
+    int bands = kSkyBands,
+    const std::function<double(const Eigen::Vector3d&)>& weight = {});
 
 // [lx] per channel, of the sky alone.
 Eigen::Array3d HorizontalSkyIrradiance(const Daylight& daylight);

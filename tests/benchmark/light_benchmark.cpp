@@ -309,6 +309,59 @@ ExtinctionGrid Crown(int cells) {
   return grid;
 }
 
+// Voxels of twice the edge, of the mean extinction.
+ExtinctionGrid HalfResolution(const ExtinctionGrid& grid) {
+  ExtinctionGrid half;
+  half.cells = (grid.cells.array() + 1) / 2;
+  half.origin_m = grid.origin_m;
+  half.cell_m = 2 * grid.cell_m;
+  half.sigma_per_m.assign(half.Count(), 0.0f);
+  std::size_t index = 0;
+  for (int z = 0; z < grid.cells.z(); ++z) {
+    for (int y = 0; y < grid.cells.y(); ++y) {
+      for (int x = 0; x < grid.cells.x(); ++x, ++index) {
+        half.sigma_per_m[half.Index(x / 2, y / 2, z / 2)] += grid.sigma_per_m[index] / 8;
+      }
+    }
+  }
+  return half;
+}
+
+// The sky's coefficients at half resolution, put back to all voxels: of voxels of twice
+// the edge, or (`swept` false) the mean of each eight voxels' own.
+SkyTransmittance HalfSky(const ExtinctionGrid& grid,
+                         const OccupiedVoxels& occupied,
+                         const SkyTransmittance& full,
+                         bool swept,
+                         Cost& cost) {
+  const ExtinctionGrid half = HalfResolution(grid);
+  const OccupiedVoxels of_half = FindOccupied(half);
+  std::vector<std::vector<float>> coarse(static_cast<std::size_t>(ShCount(full.bands)),
+                                         std::vector<float>(of_half.cell.size(), 0.0f));
+  std::vector<std::vector<float>> values = UnpackedSky(full);
+  const auto place = [&](std::size_t v) {
+    const Eigen::Vector3i at = occupied.cell[v] / 2;
+    return static_cast<std::size_t>(of_half.of_cell[half.Index(at.x(), at.y(), at.z())]);
+  };
+  if (swept) {
+    cost = Measure(3, [&] {
+      coarse = UnpackedSky(ProjectTransmittance(half, of_half, {.bands = full.bands}));
+    });
+  } else {
+    std::vector<float> count(of_half.cell.size(), 0.0f);
+    for (std::size_t v = 0; v < full.voxels; ++v) ++count[place(v)];
+    for (std::size_t c = 0; c < values.size(); ++c) {
+      for (std::size_t v = 0; v < full.voxels; ++v) {
+        coarse[c][place(v)] += values[c][v] / count[place(v)];
+      }
+    }
+  }
+  for (std::size_t c = 0; c < values.size(); ++c) {
+    for (std::size_t v = 0; v < full.voxels; ++v) values[c][v] = coarse[c][place(v)];
+  }
+  return PackedSky(full.bands, values);
+}
+
 int Run(const std::vector<fs::path>& folders) {
   std::map<int, double> worst;
   double first_error = 0, speedup = 0;
@@ -378,6 +431,35 @@ int Run(const std::vector<fs::path>& folders) {
           by_rays.cpu_s,
           by_volume.cpu_s);
 
+      // At half resolution
+      const auto worst_with = [&](const SkyTransmittance& of) {
+        const ViewTransport with =
+            MakeViewTransport(tree.grid, occupied, of, view.camera, view.inside);
+        double error = 0;
+        for (std::size_t s = 0; s < view.skies.size(); ++s) {
+          const ShCoefficients radiance = SkyCoefficients(view.skies[s].daylight);
+          error = std::max(error, RelativeL2(SkyImage(with, radiance), pixels, truth[s]));
+        }
+        return error;
+      };
+      const Cost full = Measure(
+          3, [&] { ProjectTransmittance(tree.grid, occupied, {.bands = kBands}); });
+      Cost half;
+      const double of_swept =
+          worst_with(HalfSky(tree.grid, occupied, sky, /*swept=*/true, half));
+      const double of_means =
+          worst_with(HalfSky(tree.grid, occupied, sky, /*swept=*/false, half));
+      fmt::print(
+          "  sky at half resolution, worst of {} skies: {:.4f} swept in large voxels "
+          "({:.2f} CPU s; {:.2f} in all voxels), {:.4f} by means of voxels (at full "
+          "resolution {:.4f})\n",
+          view.skies.size(),
+          of_swept,
+          half.cpu_s,
+          full.cpu_s,
+          of_means,
+          first_error);
+
       // A new hour
       sky_cost = Measure(
           15, [&] { SkyImage(transport, SkyCoefficients(day)); }, true);
@@ -389,6 +471,10 @@ int Run(const std::vector<fs::path>& folders) {
                                   {.sun_directions = 16, .own_shade = 0}),
                  day.sun_irradiance);
       });
+      const Cost point_cost =
+          Measure(15, [&] { SunTransmittance(tree.grid, occupied, day.sun_direction); });
+      fmt::print("  transmittance to the sun as a point: {:.1f} CPU ms\n",
+                 1e3 * point_cost.cpu_s);
       std::atomic<std::uint32_t> seen = 0;
       read_cost = Measure(
           15,

@@ -94,13 +94,32 @@ class OfACapture(RelightCase):
         # The ratio is 1; linear light in floats comes back within half a step of 16 bits
         self.assertEqual(after.samples, before.samples)
 
+    EVERY_TRANSPORT = ("--bounce", "--ground-albedo", "0.3", "--leaf-transmission", "0.4",
+                       "--multiple-scattering", "0.3", "--clumping", "0.3", "--gap-length", "0.05")
+
     def test_ratio_of_the_own_hour_is_one(self):
         ratio = self.folder / "ratio.exr"
-        self.done(self.capture, "--to", "same", "--ratio", ratio)
-        values = Exr(ratio).values()
-        self.assertEqual(sorted(values), ["B", "G", "R"])
-        for name, channel in values.items():
-            self.assertEqual((min(channel), max(channel)), (1.0, 1.0), name)
+        for transport in ((), self.EVERY_TRANSPORT):
+            self.done(self.capture, "--to", "same", *transport, "--ratio", ratio)
+            values = Exr(ratio).values()
+            self.assertEqual(sorted(values), ["B", "G", "R"])
+            for name, channel in values.items():
+                self.assertEqual((min(channel), max(channel)), (1.0, 1.0), name)
+
+    def test_light_of_ground_and_leaves_is_indirect(self):
+        light = self.folder / "light.exr"
+        for words, is_lit in (((), False), (("--bounce",), True),
+                              (("--multiple-scattering", "0.3"), True)):
+            self.done(self.capture, "--to", "17:00", "--irradiance", light, "--components", *words)
+            values = Exr(light).values()
+            for hour in ("input", "target"):
+                self.assertEqual(max(values[f"{hour}.indirect.G"]) > 0, is_lit, (words, hour))
+
+    def test_the_papers_method_has_none_of_it(self):
+        for words in (("--bounce",), ("--leaf-transmission", "0.4"), ("--clumping", "0.3"),
+                      ("--multiple-scattering", "0.3")):
+            self.refused(self.capture, "--to", "17:00", "--method", "cabral2011", *words,
+                         names=["cabral2011", words[0]], code=2)
 
     def test_outside_the_tree_the_whole_photo_is_as_taken(self):
         photo = write_png(self.folder / "graded.png", 480, 600, 3,

@@ -87,6 +87,9 @@ TEST(LightOptions, TheGroundsAlbedoGoesToTheAtmosphere) {
   EXPECT_FALSE(day.target.ground_albedo.has_value());
   ASSERT_EQ(day.notes.size(), 1u);
   EXPECT_NE(day.notes[0].find("--ground-albedo is not used"), std::string::npos);
+  // But for the ground's own light on the tree
+  EXPECT_TRUE(LightOfRun({.ground_albedo = 0.7}, kHigh_rad, true).notes.empty());
+  EXPECT_NO_THROW(LightOfRun({.sky = "preetham", .ground_albedo = 0.5}, kHigh_rad, true));
 }
 
 TEST(LightOptions, APanoramaIsASkyOfItsOwnLevelOrOfTheDays) {

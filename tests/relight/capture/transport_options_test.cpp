@@ -23,6 +23,17 @@ TEST(TransportOptions, WhatThePaperDoesNotHaveIsRefused) {
   for (const char* word : {"cabral2011", "--own-shade"})
     EXPECT_TRUE(tests::Holds(message, word)) << message;
   EXPECT_THROW(TransportOf(Method::kDefault, {.own_shade = 2}), OptionError);
+  for (const auto& change :
+       {+[](ArrivingLightOptions& o) { o.gap_length_m = 0.05; },
+        +[](ArrivingLightOptions& o) { o.clumping = 0.3; },
+        +[](ArrivingLightOptions& o) { o.leaf_transmission = 0.4; },
+        +[](ArrivingLightOptions& o) { o.multiple_scattering = 0.3; },
+        +[](ArrivingLightOptions& o) { o.bounce = true; }}) {
+    ArrivingLightOptions one = OurTransport();
+    change(one);
+    EXPECT_THROW(TransportOf(Method::kCabral2011, one), OptionError);
+    EXPECT_EQ(TransportOf(Method::kDefault, one), one);
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "relight/scattering/arriving_light.h"
 
 #include "relight/base/error.h"
+#include "relight/scattering/swept_transmittance.h"
 #include "relight/scattering/transmittance.h"
 #include "relight/sh/quadrature.h"
 #include "relight/volume/ray_traversal.h"
@@ -121,6 +122,61 @@ TEST(ArrivingLight, AVoxelNeedNotShadeItself) {
   }
   EXPECT_THROW(LightArriving(grid, occupied, sky, daylight, {.own_shade = 1.1}),
                OptionError);
+}
+
+// (S9) is the mean of exp(-g D) over a gamma distribution of g of mean 1 and variance k.
+TEST(ArrivingLight, ClumpsAreRegionsOfManyDensities) {
+  for (const double k : {0.2, 0.5, 0.9}) {
+    for (const double depth : {0.1, 1.0, 5.0}) {
+      double sum = 0, weights = 0;
+      constexpr double kStep = 1e-3;
+      for (double g = kStep / 2; g < 30; g += kStep) {
+        const double weight = std::pow(g, 1 / k - 1) * std::exp(-g / k);
+        sum += weight * std::exp(-g * depth);
+        weights += weight;
+      }
+      EXPECT_NEAR(TransmittanceOfDepth(depth, k), sum / weights, 1e-4);
+    }
+    EXPECT_EQ(TransmittanceOfDepth(0, k), 1);
+  }
+  EXPECT_EQ(TransmittanceOfDepth(1.5, 0), std::exp(-1.5));
+  EXPECT_NEAR(TransmittanceOfDepth(1.5, 1e-6), std::exp(-1.5), 1e-6);
+}
+
+// Sun and sky alike: the sun in a slab, and the sky by one direction after the other.
+TEST(ArrivingLight, ClumpsLetMoreLightThrough) {
+  const ExtinctionGrid grid = tests::Slab({31, 31, 8}, 0.25, 1.2);
+  const OccupiedVoxels occupied = FindOccupied(grid);
+  constexpr double kClumping = 0.6;
+  const SkyTransmittanceOptions one_band = {.bands = 1, .directions = 256};
+  const SkyTransmittance sky =
+      ProjectTransmittance(grid, occupied, one_band, {}, nullptr, kClumping);
+  Daylight daylight = UniformDaylight({1, 1, 1}, /*full_sphere=*/true);
+  daylight.sun_direction = Eigen::Vector3d(0.3, -0.4, 1.0).normalized();
+  daylight.sun_irradiance = {1, 1, 1};
+  const ArrivingLight light =
+      LightArriving(grid, occupied, sky, daylight, {.clumping = kClumping});
+  std::vector<double> mean(occupied.cell.size(), 0.0);
+  for (const Eigen::Vector3d& direction : SphereDirections(256)) {
+    const std::vector<float> tau = TransmittanceSwept(grid, occupied, direction);
+    for (std::size_t v = 0; v < tau.size(); ++v) {
+      mean[v] += TransmittanceOfDepth(-std::log(tau[v]), kClumping) / 256;
+    }
+  }
+  for (int z = 0; z < 8; ++z) {
+    const auto voxel = static_cast<std::size_t>(occupied.of_cell[grid.Index(15, 15, z)]);
+    const double depth = 1.2 * 0.25 * (7.5 - z) / daylight.sun_direction.z();
+    // Floats, summed over the way
+    EXPECT_NEAR(light.sun[voxel][0], TransmittanceOfDepth(depth, kClumping), 1e-5);
+    // Half floats of the same swept ways
+    EXPECT_NEAR(light.sky[voxel][0] / (4 * pi), mean[voxel], 5e-4);
+  }
+  const ArrivingLight random = LightArriving(
+      grid, occupied, ProjectTransmittance(grid, occupied, one_band), daylight);
+  for (std::size_t v = 0; v < light.sun.size(); ++v) {
+    EXPECT_GE(light.sun[v][0], random.sun[v][0]);
+    EXPECT_GE(light.sky[v][0], random.sky[v][0]);
+  }
 }
 
 // An opaque roof whose edge is seen just before the sun's centre hides half of its disc.
