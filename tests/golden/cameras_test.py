@@ -66,8 +66,9 @@ def without_exif(jpeg):
     return out + jpeg[at:]
 
 
-# Stands in for COLMAP where another version is wanted than the one installed: knows the options of
-# its version alone and refuses others, as COLMAP does; says what COLMAP says, finds MODEL's cameras.
+# Stands in for COLMAP where another version is wanted than the one installed: knows the options
+# of its version alone and refuses others, as COLMAP does; says what COLMAP says, and finds
+# MODEL's cameras.
 STAND_IN = """#!/usr/bin/python3
 import json, pathlib, shutil, sys
 GROUPS, REGISTERING, FOLDER, MODEL = (__GROUPS__)
