@@ -55,6 +55,7 @@ void AddModelOptions(CLI::App& app, ViewRequest& r) {
   AddFlags(app, ReadPhotoOptions(), "Photo", r.options);
   AddFlags(app, MatteOptions(), "Matte", r.options);
   AddFlags(app, OpacityOptions(), "Volume", r.options);
+  AddFlags(app, VolumeBoxOptions(), "Volume", r.options);
   AddFlags(app, ViewSelectionOptions(), "Volume", r.options);
   AddFlags(app, CrownOptions(), "Volume", r.options);
   AddFlags(app, SkyTransmittanceOptions(), "Volume", r.options);

@@ -61,6 +61,12 @@ nlohmann::json JsonOf(const OpacitySummary& summary) {
   return json;
 }
 
+// As --box takes them.
+std::vector<double> Corners(const Eigen::AlignedBox3d& box) {
+  const Eigen::Vector3d &low = box.min(), &high = box.max();
+  return {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
+}
+
 int Judge(const VolumeRequest& request,
           const Capture& capture,
           const CaptureOptions& options,
@@ -179,6 +185,7 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   nlohmann::json json = {{"file", file.string()},
                          {"cells", {grid.cells.x(), grid.cells.y(), grid.cells.z()}},
                          {"cell_m", grid.cell_m},
+                         {"box_m", Corners(grid.Bounds())},
                          {"occupied_voxels", occupied},
                          {"views", cameras.size()},
                          {"made", made.has_value()}};
@@ -227,6 +234,7 @@ Verb AddVolume(CLI::App& program, const ConsoleOptions& console) {
       ->type_name("z|y");
   app->add_flag("--json", request->json, "print figures as JSON");
   AddFlags(*app, OpacityOptions(), "Volume", request->options);
+  AddFlags(*app, VolumeBoxOptions(), "Volume", request->options);
   AddFlags(*app, ViewSelectionOptions(), "Volume", request->options);
   AddFlags(*app, MatteOptions(), "Matte", request->options);
   AddFlags(*app, ReadPhotoOptions(), "Photo", request->options);

@@ -88,30 +88,42 @@ double BlockFraction(const std::string& line) {
   return ((n - 1) + static_cast<double>(m) / of_too) / of;
 }
 
-// "Registering image #5 (12)": the twelfth.
+// "Registering image #5 (12)", later "Registering image #5 (num_reg_frames=12)": the
+// twelfth.
 double Registered(const std::string& line, std::size_t photos) {
   int image = 0, count = 0;
   const std::size_t at = line.find("Registering image #");
-  if (at == std::string::npos ||
-      std::sscanf(line.c_str() + at, "Registering image #%d (%d)", &image, &count) != 2) {
+  if (at == std::string::npos) return -1;
+  const char* found = line.c_str() + at;
+  if (std::sscanf(found, "Registering image #%d (%d)", &image, &count) != 2 &&
+      std::sscanf(found, "Registering image #%d (num_reg_frames=%d)", &image, &count) !=
+          2) {
     return -1;
   }
   return static_cast<double>(count) / static_cast<double>(photos);
 }
 
-// Newer versions call some options by other names; their help tells.
-std::string Prefix(const fs::path& program,
-                   const char* step,
-                   const char* old_name,
-                   const char* new_name) {
-  ChildProcess process(program, {step, "--help"}, ChildProcess::Output::kLines);
-  bool is_new = false;
-  while (const auto line = process.NextLine(std::chrono::milliseconds(1000))) {
-    is_new |= line->find(std::string("--") + new_name + ".use_gpu") != std::string::npos;
+// The options of one step as this version calls them: newer ones moved some to other
+// groups, which their help tells.
+class StepOptions {
+ public:
+  StepOptions(const fs::path& program, const char* step) {
+    ChildProcess process(program, {step, "--help"}, ChildProcess::Output::kLines);
+    while (const auto line = process.NextLine(std::chrono::milliseconds(1000))) {
+      help_ += *line + "\n";
+    }
+    process.Finish(nullptr);
   }
-  process.Finish(nullptr);
-  return std::string("--") + (is_new ? new_name : old_name) + ".";
-}
+  // "--Group.name" of the later group if the help knows it, else of the older.
+  std::string Named(const char* name, const char* older, const char* later) const {
+    const std::string moved = std::string("--") + later + "." + name;
+    if (help_.find(moved + " ") != std::string::npos) return moved;
+    return std::string("--") + older + "." + name;
+  }
+
+ private:
+  std::string help_;
+};
 
 std::string Number(double value) {
   std::ostringstream text;
@@ -123,8 +135,10 @@ void Extract(const fs::path& program,
              const ColmapJob& job,
              const ColmapOptions& options,
              const Progress& progress) {
-  const std::string prefix =
-      Prefix(program, "feature_extractor", "SiftExtraction", "FeatureExtraction");
+  const StepOptions known(program, "feature_extractor");
+  const auto named = [&](const char* name) {
+    return known.Named(name, "SiftExtraction", "FeatureExtraction");
+  };
   const auto all = static_cast<double>(CountOf(job));
   double before = 0;
   for (std::size_t g = 0; g < job.groups.size(); ++g) {
@@ -144,9 +158,9 @@ void Extract(const fs::path& program,
                                       "SIMPLE_RADIAL",
                                       "--ImageReader.single_camera",
                                       "1",
-                                      prefix + "use_gpu",
+                                      named("use_gpu"),
                                       "0",
-                                      "--SiftExtraction.max_image_size",
+                                      named("max_image_size"),
                                       std::to_string(options.longest_px),
                                       "--SiftExtraction.max_num_features",
                                       std::to_string(options.features)};
@@ -174,12 +188,13 @@ void Match(const fs::path& program,
            bool exhaustive,
            const Progress& progress) {
   const char* step = exhaustive ? "exhaustive_matcher" : "sequential_matcher";
-  const std::string prefix = Prefix(program, step, "SiftMatching", "FeatureMatching");
-  std::vector<std::string> words = {step,
-                                    "--database_path",
-                                    (job.work / "database.db").string(),
-                                    prefix + "use_gpu",
-                                    "0"};
+  const StepOptions known(program, step);
+  std::vector<std::string> words = {
+      step,
+      "--database_path",
+      (job.work / "database.db").string(),
+      known.Named("use_gpu", "SiftMatching", "FeatureMatching"),
+      "0"};
   if (exhaustive) {
     // Small blocks, for progress is said by block
     words.insert(words.end(), {"--ExhaustiveMatching.block_size", "6"});

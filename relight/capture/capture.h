@@ -19,6 +19,7 @@
 #include "relight/ratio/light_fit.h"
 #include "relight/volume/opacity_estimation.h"
 #include "relight/volume/silhouette_volume.h"
+#include "relight/volume/visual_hull.h"
 
 #include <filesystem>
 #include <map>
@@ -35,6 +36,7 @@ struct CaptureOptions {
   CorrectionOptions correction;
   LightFitOptions fit;
   OpacityOptions volume;
+  VolumeBoxOptions box;
   CrownOptions crown;
   ViewSelectionOptions selection;
   SkyTransmittanceOptions sky_transmittance;
@@ -52,6 +54,7 @@ void Describe(CaptureOptions& o, Visitor&& field) {
   Describe(o.correction, field);
   Describe(o.fit, field);
   Describe(o.volume, field);
+  Describe(o.box, field);
   Describe(o.crown, field);
   Describe(o.selection, field);
   Describe(o.sky_transmittance, field);

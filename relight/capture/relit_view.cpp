@@ -4,6 +4,7 @@
 #include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
+#include "relight/capture/sky_in_photo.h"
 #include "relight/photo/read_photo.h"
 #include "relight/scattering/ground_bounce.h"
 #include "relight/scattering/hot_spot.h"
@@ -251,10 +252,20 @@ GroundShadow RelitView::ShadowOnGround(const Daylight& daylight) const {
       view_.tree.grid, daylight, options_.shadow, {}, view_.tree.occluder.get());
 }
 
+const cv::Mat1f& RelitView::SkyOfPhoto() {
+  if (!sky_.empty()) return sky_;
+  const cv::Mat1f ends = SkyEnds(view_.photo.pixels, view_.cut.alpha);
+  sky_.create(view_.photo.pixels.size());
+  sky_.forEach([&](float& share, const int* at) {
+    share = std::clamp(ends(at[1]) - static_cast<float>(at[0]), 0.0f, 1.0f);
+  });
+  return sky_;
+}
+
 const PhotoShadow& RelitView::ShadowOfPhoto(const Progress& progress) {
   if (!photo_shadow_) {
     photo_shadow_ = ShadowInPhoto(view_.photo.pixels,
-                                  view_.cut.alpha,
+                                  cv::max(view_.cut.alpha, SkyOfPhoto()),
                                   ShadowOnGround(DaylightOfPhoto()),
                                   view_.camera,
                                   options_.old_shadow,
@@ -281,12 +292,17 @@ cv::Mat3f RelitView::ShadowUnder(const SolarPosition& target, const Progress& pr
 cv::Mat3f RelitView::GroundUnder(const SolarPosition& target, const Progress& progress) {
   if (!GroundMoves()) return view_.photo.pixels;
   const PhotoShadow& input = ShadowOfPhoto(progress.Part(0, 0.5));
-  const cv::Mat3f ratio = GroundRatio(input,
-                                      ShadowOnGround(DaylightUnder(target)),
-                                      view_.camera,
-                                      AngleBetween(input_.direction, target.direction),
-                                      options_.old_shadow,
-                                      progress.Part(0.5, 1));
+  cv::Mat3f ratio = GroundRatio(input,
+                                ShadowOnGround(DaylightUnder(target)),
+                                view_.camera,
+                                AngleBetween(input_.direction, target.direction),
+                                options_.old_shadow,
+                                progress.Part(0.5, 1));
+  const cv::Mat1f& sky = SkyOfPhoto();
+  ratio.forEach([&](cv::Vec3f& r, const int* at) {
+    const float share = sky(at[0], at[1]);
+    if (share > 0) r += share * (cv::Vec3f::all(1) - r);
+  });
   return ReshadowedPhoto(
       view_.photo.pixels, view_.cut.alpha, view_.cut.foreground, ratio);
 }

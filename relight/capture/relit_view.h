@@ -59,8 +59,9 @@ class RelitView {
   // photo's size, in [0, 1]. Throws InputError when there is no ground.
   cv::Mat3f ShadowUnder(const SolarPosition& target, const Progress& progress = {});
 
-  // The photo with the old shadow taken off its ground, and the new one cast. Without a
-  // ground, and for a photo with alpha, the photo as it is.
+  // The photo with the old shadow taken off its ground, and the new one cast. What is
+  // seen to be sky is no ground, wherever the camera's horizon is. Without a ground, and
+  // for a photo with alpha, the photo as it is.
   cv::Mat3f GroundUnder(const SolarPosition& target, const Progress& progress = {});
 
   // The tree over a picture of its size that shows the tree as it was: P + a (F' - F), so
@@ -87,6 +88,7 @@ class RelitView {
   const LightFit& FitLight(const Progress& progress);
   GroundShadow ShadowOnGround(const Daylight& daylight) const;
   const PhotoShadow& ShadowOfPhoto(const Progress& progress);
+  const cv::Mat1f& SkyOfPhoto();
 
   const PreparedView& view_;
   CaptureOptions options_;
@@ -100,6 +102,7 @@ class RelitView {
   std::optional<CorrectionView> correction_view_;
   std::optional<CorrectionModel> model_;
   std::optional<PhotoShadow> photo_shadow_;
+  cv::Mat1f sky_;  // Share of each pixel, once it is asked for.
 };
 
 }  // namespace relight

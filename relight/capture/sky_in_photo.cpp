@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/capture/sky_in_photo.h"
 
+#include "matting/sky_behind.h"
 #include "relight/base/error.h"
 #include "relight/base/write_file.h"
 #include "relight/capture/capture_folder.h"
@@ -19,18 +20,19 @@ namespace relight {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kLongest_px = 600;  // Photos are looked at no larger.
+constexpr int kLongest_px = 600;       // Photos are looked at no larger for their air,
+constexpr int kLongestOfSky_px = 800;  // nor for where their sky ends.
 constexpr int kBlock_px = 12;
 constexpr float kTreeAlpha = 0.02f;
 constexpr double kSmooth = 0.02;  // Of ln Y within a block, beside the noise of 8 bits.
 constexpr double kStep = 0.12;    // From a block to the next, in any channel's logarithm.
 constexpr std::size_t kMostPhotos = 6;
 
-// Longest side of a photo's copy that is looked at; more would only cost time.
+// A photo's copy that is looked at; more would only cost time.
 template <class Image>
-Image Small(const Image& image) {
+Image Small(const Image& image, int longest_px) {
   const double shrink =
-      std::max(image.cols, image.rows) / static_cast<double>(kLongest_px);
+      std::max(image.cols, image.rows) / static_cast<double>(longest_px);
   if (shrink <= 1) return image;
   Image small;
   cv::resize(image,
@@ -41,6 +43,13 @@ Image Small(const Image& image) {
              0,
              cv::INTER_AREA);
   return small;
+}
+
+// A matte with what is near it; the one that is given, which may be the caller's, stays.
+cv::Mat1f Grown(const cv::Mat1f& alpha, int side_px) {
+  cv::Mat1f grown;
+  cv::dilate(alpha, grown, cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px}));
+  return grown;
 }
 
 struct Block {
@@ -91,11 +100,10 @@ std::vector<SkySample> SkySamples(const cv::Mat3f& all_pixels,
                                   const Camera& full_camera,
                                   const Eigen::Vector3d& sun_in_world,
                                   int photo) {
-  const cv::Mat3f pixels = Small(all_pixels);
-  cv::Mat1f alpha = Small(all_alpha);
-  Require(pixels.size() == alpha.size(), "photo and matte of one size");
+  const cv::Mat3f pixels = Small(all_pixels, kLongest_px);
   // A matte ends softly: what is next to the tree is not the sky alone
-  cv::dilate(alpha, alpha, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
+  const cv::Mat1f alpha = Grown(Small(all_alpha, kLongest_px), 5);
+  Require(pixels.size() == alpha.size(), "photo and matte of one size");
   const Camera camera = full_camera.Resized(pixels.cols, pixels.rows);
   std::vector<SkySample> samples;
   for (int x = 0; x + kBlock_px <= pixels.cols; x += kBlock_px) {
@@ -113,6 +121,46 @@ std::vector<SkySample> SkySamples(const cv::Mat3f& all_pixels,
     }
   }
   return samples;
+}
+
+cv::Mat1f SkyEnds(const cv::Mat3f& all_pixels,
+                  const cv::Mat1f& all_alpha,
+                  const Progress& progress) {
+  Require(all_pixels.size() == all_alpha.size(), "photo and matte of one size");
+  const cv::Mat3f pixels = Small(all_pixels, kLongestOfSky_px);
+  // Beside the tree nothing is smooth, and so not known to be sky
+  const cv::Mat1f alpha = Grown(Small(all_alpha, kLongestOfSky_px), 9);
+  const SkyBehind sky = FindSky(DisplayFromLinear(pixels), progress);
+  cv::Mat1f ends(1, pixels.cols, 0.0f);
+  if (sky.share > 0) {
+    const int most_between = pixels.rows / 50;
+    std::vector<int> seen;  // Columns whose sky is seen to end, not behind the tree
+    for (int x = 0; x < pixels.cols; ++x) {
+      int end = 0, between = 0, y = 0;
+      for (; y < pixels.rows && between <= most_between; ++y) {
+        if (sky.known(y, x) != 0) {
+          end = y + 1;
+          between = 0;
+        } else if (alpha(y, x) <= kTreeAlpha) {
+          ++between;
+        }
+      }
+      // The next row is sky and ground in one
+      ends(x) = static_cast<float>(end == 0 ? 0 : std::min(end + 1, pixels.rows));
+      const bool into_tree = end < pixels.rows && alpha(end, x) > kTreeAlpha;
+      if (!into_tree) seen.push_back(x);
+    }
+    for (std::size_t i = 1; i < seen.size(); ++i) {
+      for (int x = seen[i - 1] + 1; x < seen[i]; ++x) {
+        const float u = static_cast<float>(x - seen[i - 1]) /
+                        static_cast<float>(seen[i] - seen[i - 1]);
+        ends(x) = std::max(ends(x), (1 - u) * ends(seen[i - 1]) + u * ends(seen[i]));
+      }
+    }
+  }
+  cv::Mat1f of_photo;
+  cv::resize(ends, of_photo, {all_pixels.cols, 1}, 0, 0, cv::INTER_LINEAR);
+  return of_photo * (static_cast<double>(all_pixels.rows) / pixels.rows);
 }
 
 TurbidityEstimate TurbidityOfCapture(const ViewPlan& plan,

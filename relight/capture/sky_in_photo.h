@@ -3,12 +3,14 @@
 
 // The open sky of photos, and the turbidity of the air that it tells.
 //
-// Each photo is looked at in blocks of 1/50 of its longer side, column by column from the
-// top down. A block is sky when no tree is in it, its pixels are alike (2 % in the
-// logarithm of luminance, beside noise) and neither black nor at the photo's limit, and
-// it goes on from the last one above it: by less than 12 % in each channel's logarithm, a
-// tree between them or not. The first other block ends the column: roofs, hills, clouds.
+// For the turbidity each photo is looked at in blocks of 1/50 of its longer side, column
+// by column from the top down. A block is sky when no tree is in it, its pixels are alike
+// (2 % in the logarithm of luminance, beside noise) and neither black nor at the photo's
+// limit, and it goes on from the last one above it: by less than 12 % in each channel's
+// logarithm, a tree between them or not. The first other block ends the column: roofs,
+// hills, clouds.
 
+#include "relight/base/progress.h"
 #include "relight/cameras/camera.h"
 #include "relight/capture/stage_records.h"
 #include "relight/capture/view_plan.h"
@@ -26,6 +28,15 @@ std::vector<SkySample> SkySamples(const cv::Mat3f& pixels,
                                   const Camera& camera,
                                   const Eigen::Vector3d& sun_in_world,
                                   int photo);
+
+// Where each column's sky ends, as a row from the top; 0 where it shows none. By what the
+// matte knows of the sky (matting/sky_behind.h), going down through sky and tree; what
+// ends behind the tree goes on as beside it. No more than 2 % of the rows in between may
+// be neither, for wires and the like. All of `pixels.cols` columns, in rows of `pixels`.
+// Throws Cancelled.
+cv::Mat1f SkyEnds(const cv::Mat3f& pixels,
+                  const cv::Mat1f& alpha,
+                  const Progress& progress = {});
 
 // From up to six photos of a capture that have a camera and a matte, spread evenly over
 // them, each under the sun of its own time. What it tells is kept in cache/sky.json.

@@ -25,6 +25,7 @@ const fs::path kLightFile = fs::path("cache") / "light.vdb";
 std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
   StageKey key("volume 2");
   key.Add(FieldsText(options.volume));
+  if (!options.box.box.empty()) key.Add(options.box.box);
   key.AddFile(capture.folder / "cameras" / "cameras.txt");
   key.AddFile(capture.folder / "cameras" / "images.txt");
   for (const auto& [name, camera] : VolumeCamerasOf(capture, options)) {
@@ -40,6 +41,32 @@ std::string LightKey(const Capture& capture, const CaptureOptions& options) {
   if (options.transport.clumping > 0) key.Add(FieldText(options.transport.clumping));
   if (!options.neighbours.occluder.empty()) key.AddFile(options.neighbours.occluder);
   return key.Hash();
+}
+
+// The volume within the mattes' hull, or within what the user's box has of it.
+OpacityEstimate EstimateWithin(std::span<const MatteView> views,
+                               const CaptureOptions& options,
+                               const Progress& progress) {
+  const std::string& given = options.box.box;
+  VoxelBox within{{}, options.volume.cells};
+  if (!given.empty()) within.bounds = BoxFromText(given);
+  const Eigen::AlignedBox3d hull = HullBounds(
+      views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
+  if (given.empty()) {
+    within.bounds = hull;
+  } else {
+    within = PartWithin(within.bounds, within.cells, hull);
+  }
+  constexpr int kFewest = 8;
+  if (within.cells < kFewest) {
+    throw InputError("the tree has only " + std::to_string(within.cells) + " of the " +
+                     std::to_string(options.volume.cells) +
+                     " voxels along the box that is given; give a smaller --box or more "
+                     "--cells");
+  }
+  OpacityOptions volume = options.volume;
+  volume.cells = within.cells;
+  return EstimateOpacity(views, within.bounds, volume, progress.Part(0.05, 1));
 }
 
 bool IsStale(StageRecords::State state) {
@@ -148,10 +175,7 @@ OpacitySummary MakeVolume(const Capture& capture,
                           const CaptureOptions& options,
                           const Progress& progress) {
   const std::vector<MatteView> views = MatteViewsOf(capture, options);
-  const Eigen::AlignedBox3d bounds = HullBounds(
-      views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
-  const OpacityEstimate estimate =
-      EstimateOpacity(views, bounds, options.volume, progress.Part(0.05, 1));
+  const OpacityEstimate estimate = EstimateWithin(views, options, progress);
   std::string names, objective;
   for (const MatteView& view : views) names += (names.empty() ? "" : ", ") + view.name;
   for (const double value : estimate.summary.objective) {
@@ -189,10 +213,7 @@ HeldOut JudgeVolume(const Capture& capture,
   }
   const MatteView held = *out;
   views.erase(out);
-  const Eigen::AlignedBox3d bounds = HullBounds(
-      views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
-  OpacityEstimate estimate =
-      EstimateOpacity(views, bounds, options.volume, progress.Part(0.05, 1));
+  OpacityEstimate estimate = EstimateWithin(views, options, progress);
   HeldOut judged{MatteRmse(estimate.grid, held), 0.0, std::move(estimate.summary)};
   for (const MatteView& view : views) {
     judged.rmse_used +=

@@ -61,8 +61,9 @@ struct PhotoShadow {
   cv::Mat3f seen;  // By (G6).
 };
 
-// `photo` is linear, `alpha` the tree's matte, both of the camera's size. With
-// `volume_only`, and where the sun casts no shadow, `seen` is `cast`. Throws Cancelled.
+// `photo` is linear, `alpha` the tree's matte and whatever else is no ground, both of the
+// camera's size. With `volume_only`, and where the sun casts no shadow, `seen` is `cast`.
+// Throws Cancelled.
 PhotoShadow ShadowInPhoto(const cv::Mat3f& photo,
                           const cv::Mat1f& alpha,
                           const GroundShadow& input,

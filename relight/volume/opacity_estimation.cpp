@@ -124,7 +124,10 @@ OpacityEstimate EstimateOpacity(std::span<const MatteView> views,
   }
   for (float& sigma : grid.sigma_per_m) sigma *= static_cast<float>(options.scale);
   if (options.densify) summary.densified_voxels = Densify(grid);
-  summary.occupied_voxels = FindOccupied(grid).cell.size();
+  summary.occupied_voxels = static_cast<std::size_t>(
+      std::count_if(grid.sigma_per_m.begin(), grid.sigma_per_m.end(), [](float sigma) {
+        return sigma > 0;
+      }));
   summary.residual_rms = ResidualRms(grid, views);
   return result;
 }

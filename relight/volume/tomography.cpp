@@ -260,6 +260,7 @@ double AddPrior(const BrickVoxels& voxels,
 
 // The bricks of all voxels whose k-th smallest footprint is not empty, and that are not
 // far from what the coarser resolution holds; its values, interpolated, are the start.
+// `frame` needs no values.
 Level MakeLevel(const ExtinctionGrid& frame,
                 std::span<const MatteView> views,
                 const TomographyOptions& options,
@@ -447,7 +448,8 @@ Tomography EstimateTomography(std::span<const MatteView> views,
   double mean_square = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Progress part = progress.Part(ends[i] / ends.back(), ends[i + 1] / ends.back());
-    const ExtinctionGrid frame = EmptyGrid(bounds_in_world, cells[i]);
+    ExtinctionGrid frame = EmptyGrid(bounds_in_world, cells[i]);
+    frame.sigma_per_m = std::vector<float>();  // Bricks hold what there is
     Level next =
         MakeLevel(frame, views, options, i == 0 ? nullptr : &level, part.Part(0, 0.1));
     level = std::move(next);

@@ -2,11 +2,14 @@
 #include "relight/volume/visual_hull.h"
 
 #include "relight/base/error.h"
+#include "relight/cameras/number_text.h"
 
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <string>
 
 namespace relight {
 namespace {
@@ -67,6 +70,19 @@ std::pair<Eigen::Vector3d, double> RoughSphere(std::span<const MatteView> views)
   return {center, radius_m};
 }
 
+std::string CornersText(const Eigen::AlignedBox3d& box) {
+  std::ostringstream text;
+  text.precision(4);
+  const char* before = "";
+  for (const Eigen::Vector3d& corner : {box.min(), box.max()}) {
+    for (const double x : {corner.x(), corner.y(), corner.z()}) {
+      text << before << x;
+      before = ",";
+    }
+  }
+  return text.str();
+}
+
 }  // namespace
 
 Eigen::AlignedBox3d HullBounds(std::span<const MatteView> views,
@@ -102,6 +118,40 @@ Eigen::AlignedBox3d HullBounds(std::span<const MatteView> views,
     }
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(1.5 * grid.cell_m);
     box = Eigen::AlignedBox3d(found.min() - margin, found.max() + margin);
+  }
+  return box;
+}
+
+VoxelBox PartWithin(const Eigen::AlignedBox3d& box,
+                    int cells_longest,
+                    const Eigen::AlignedBox3d& hull) {
+  ExtinctionGrid all = EmptyGrid(box, cells_longest);
+  const Eigen::Array3d low = ((hull.min() - all.origin_m) / all.cell_m).array().floor();
+  const Eigen::Array3d high = ((hull.max() - all.origin_m) / all.cell_m).array().ceil();
+  const Eigen::Array3i from = low.max(0.0).min(1e4).cast<int>();
+  const Eigen::Array3i to =
+      high.max(0.0).min(all.cells.cast<double>().array()).cast<int>();
+  if (!(from < to).all()) {
+    throw InputError("the box that is given holds nothing of the tree, which is within " +
+                     CornersText(hull) + "; give --box around it, or none");
+  }
+  return {{all.origin_m + all.cell_m * from.cast<double>().matrix(),
+           all.origin_m + all.cell_m * to.cast<double>().matrix()},
+          (to - from).maxCoeff()};
+}
+
+Eigen::AlignedBox3d BoxFromText(const std::string& corners) {
+  std::string blanks = corners;
+  std::replace(blanks.begin(), blanks.end(), ',', ' ');
+  const auto numbers = NumbersFrom(blanks);
+  Eigen::AlignedBox3d box;
+  if (numbers && numbers->size() == 6) {
+    box.extend(Eigen::Vector3d(numbers->data()));
+    box.extend(Eigen::Vector3d(numbers->data() + 3));
+  }
+  if (box.isEmpty() || !(box.sizes().minCoeff() > 0)) {
+    throw OptionError("box must be two opposite corners X,Y,Z,X,Y,Z [m], got \"" +
+                      corners + "\"");
   }
   return box;
 }

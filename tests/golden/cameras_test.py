@@ -6,6 +6,7 @@ when something is missing."""
 import json
 import math
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
@@ -63,6 +64,46 @@ def without_exif(jpeg):
         out += b"" if jpeg[at + 1] == 0xE1 else jpeg[at:end]
         at = end
     return out + jpeg[at:]
+
+
+# Stands in for COLMAP where another version is wanted than the one installed: knows the options
+# of its version alone and refuses others, as COLMAP does; says what COLMAP says, and finds
+# MODEL's cameras.
+STAND_IN = """#!/usr/bin/python3
+import json, pathlib, shutil, sys
+GROUPS, REGISTERING, FOLDER, MODEL = (__GROUPS__)
+step, words = sys.argv[1], sys.argv[2:]
+of_step = dict(
+    feature_extractor="image_list_path ImageReader.camera_model ImageReader.single_camera "
+        "ImageReader.camera_params ImageReader.mask_path SiftExtraction.max_num_features "
+        + GROUPS["extraction"] + ".use_gpu " + GROUPS["size"] + ".max_image_size",
+    exhaustive_matcher="ExhaustiveMatching.block_size " + GROUPS["matching"] + ".use_gpu",
+    sequential_matcher="SequentialMatching.overlap " + GROUPS["matching"] + ".use_gpu",
+    mapper="output_path Mapper.ba_refine_focal_length")[step].split()
+of_step += ["database_path", "image_path"]
+if words == ["--help"]:
+    sys.exit("\\n".join("  --" + name + " arg (=0)" for name in of_step))
+given = dict(zip((w[2:] for w in words[::2]), words[1::2]))
+for name in given:
+    if name not in of_step:
+        sys.exit("ERROR: Failed to parse options - unrecognised option '--" + name + "'.")
+with open(FOLDER + "/calls", "a") as calls:
+    calls.write(json.dumps([step, given]) + "\\n")
+log = "I20261127 12:00:00.000000   123 source.cc:77] "
+if step == "feature_extractor":
+    photos = open(given["image_list_path"]).read().split()
+    for i, photo in enumerate(photos):
+        assert (pathlib.Path(given["image_path"]) / photo).is_file()
+        print(log + f"Processed file [{i + 1}/{len(photos)}]", flush=True)
+elif step == "mapper":
+    print(log + REGISTERING, flush=True)
+    shutil.copytree(MODEL, given["output_path"] + "/0")
+else:
+    print(log + "Matching block [1/1, 1/1]", flush=True)
+"""
+SIFT = {"extraction": "SiftExtraction", "size": "SiftExtraction", "matching": "SiftMatching"}
+FEATURE = {"extraction": "FeatureExtraction", "size": "FeatureExtraction",
+           "matching": "FeatureMatching"}
 
 
 @unittest.skipUnless(HAS_COLMAP, "COLMAP is not installed")
@@ -139,6 +180,35 @@ class Cameras(RelightCase):
     def test_without_colmap_it_says_how_to_get_it(self):
         self.refused("cameras", self.capture, env={"PATH": str(self.folder)},
                      names=["COLMAP is not installed", "apt install colmap", "--import"])
+
+    def test_versions_of_colmap_that_call_options_otherwise(self):
+        versions = {
+            "3.8 to 3.11": (SIFT, "Registering image #5 (12)"),
+            "3.12": ({**FEATURE, "size": "SiftExtraction"},
+                     "Registering image #5 (num_reg_frames=12)"),
+            "4": (FEATURE, "Registering image #5 (num_reg_frames=12)"),
+        }
+        (self.capture / "mattes").mkdir()  # What moves is not looked at
+        shutil.copy(SAMPLE / "trimaps" / "view_00.png", self.capture / "mattes")
+        for version, (groups, registering) in versions.items():
+            with self.subTest(version):
+                programs = self.folder / version
+                programs.mkdir()
+                said = f"{groups}, {registering!r}, {str(programs)!r}, {str(self.model)!r}"
+                (programs / "colmap").write_text(STAND_IN.replace("__GROUPS__", said))
+                (programs / "colmap").chmod(0o755)
+                done = self.done("cameras", self.capture, "--force", "--json",
+                                 env={"PATH": str(programs)})
+                self.assertEqual(len(done.json["views"]), 12, done.err)
+                calls = [json.loads(line) for line in (programs / "calls").read_text().split("\n")
+                         if line]
+                self.assertEqual([step for step, _ in calls],
+                                 ["feature_extractor", "exhaustive_matcher", "mapper"])
+                for step, given in calls[:2]:
+                    gpu = [value for name, value in given.items() if name.endswith(".use_gpu")]
+                    self.assertEqual(gpu, ["0"], step)
+                masks = pathlib.Path(calls[0][1]["ImageReader.mask_path"])
+                self.assertEqual([m.name for m in masks.iterdir()], ["view_00.jpg.png"])
 
     def test_a_model_in_its_own_frame_is_put_on_the_earth(self):
         # The same cameras, turned about z by 40 degrees and 3 times as large

@@ -5,7 +5,7 @@ import math
 import shutil
 import unittest
 
-from relight_runner import SAMPLE, SHARED, RelightCase, tree_png, with_exif, write_png
+from relight_runner import Png, SAMPLE, SHARED, RelightCase, tree_png, with_exif, write_png
 
 MAPLE = SHARED / "data" / "maple"
 PLACE = (40.35, -74.65)
@@ -244,6 +244,45 @@ class AgainstTheTruth(RelightCase):
         self.refused("cameras", self.photo,
                      *self.places([(-3, 0, 0), (-1, 2, 0), (1, 4, 0), (3, 6, 0)]),
                      names=["maple.jpg", "one line"])
+
+
+class SkyBelowTheAssumedHorizon(RelightCase):
+    """A tree 8 m high with eyes at 1.6 m has its horizon a fifth above its foot: here it is at
+    its foot, so that a strip of sky lies where a level camera has ground."""
+    WIDTH, HEIGHT, HORIZON = 240, 180, 150
+
+    def is_tree(self, x, y):
+        return ((x - 120) ** 2 + (y - 70) ** 2 < 50 ** 2 or
+                (abs(x - 120) < 6 and 70 < y < self.HORIZON + 4))
+
+    def color(self, x, y):
+        leaf = 60 + (x * 7919 + y * 104729) % 97
+        if self.is_tree(x, y):
+            return leaf // 2, leaf * 2 // 3, leaf // 3
+        if y >= self.HORIZON:
+            return leaf, 20 + leaf, leaf // 2
+        return 90 + y // 2, 140 + y // 2, 220
+
+    def test_takes_no_shadow(self):
+        photo = write_png(self.folder / "meadow.png", self.WIDTH, self.HEIGHT, 3, self.color)
+        matte = write_png(self.folder / "matte.png", self.WIDTH, self.HEIGHT, 1,
+                          lambda x, y: (255 if self.is_tree(x, y) else 0,))
+        given = (photo, "--matte", matte, "--lit-from", "90,40", "--to-light", "300,25", "--whole")
+        self.done("hour", *given, "-o", self.folder / "moved.png")
+        self.done("hour", *given, "--keep-shadow", "-o", self.folder / "kept.png")
+        moved, kept = Png(self.folder / "moved.png"), Png(self.folder / "kept.png")
+        sky = ground = 0
+        for y in range(self.HEIGHT):
+            for x in range(self.WIDTH):
+                if self.is_tree(x, y):
+                    continue
+                apart = moved.at(x, y) != kept.at(x, y)
+                if y < self.HORIZON - 2:
+                    sky += apart
+                elif y > self.HORIZON + 4:
+                    ground += apart
+        self.assertEqual(sky, 0)
+        self.assertGreater(ground, 1000)
 
 
 if __name__ == "__main__":

@@ -74,6 +74,31 @@ class Stages(RelightCase):
         images.write_text("".join(lines))
         self.assertEqual(self.stages(), ["volume", "light", "relight"])
 
+    def test_a_box_of_ones_own(self):
+        own = self.done("volume", self.capture, "--json").json
+        low, high = own["box_m"][:3], own["box_m"][3:]
+        middle = [(a + b) / 2 for a, b in zip(low, high)]
+        box = ",".join([f"{2 * a - m:.6f}" for a, m in zip(low, middle)] +
+                       [f"{2 * b - m:.6f}" for b, m in zip(high, middle)])
+        twice = self.done("volume", self.capture, "--cells", "64", "--box", box, "--json").json
+        self.assertTrue(twice["made"])
+        # Twice as long, with voxels as large: empty ones around the tree are left away
+        self.assertAlmostEqual(twice["cell_m"], own["cell_m"], delta=1e-6)
+        for cells, as_found in zip(twice["cells"], own["cells"]):
+            self.assertLessEqual(abs(cells - as_found), 1)
+        self.assertAlmostEqual(twice["occupied_voxels"] / own["occupied_voxels"], 1, delta=0.1)
+        self.assertFalse(self.done("volume", self.capture, "--cells", "64", "--box", box,
+                                   "--json").json["made"])
+
+        # The upper half alone
+        box = ",".join(map(str, [*low[:2], middle[2], *high]))
+        half = self.done("volume", self.capture, "--box", box, "--json").json
+        self.assertGreater(half["box_m"][2], middle[2] - half["cell_m"])
+        self.refused("volume", self.capture, "--box", "1,2,3", code=2,
+                     names=["box", "X,Y,Z,X,Y,Z"])
+        self.refused("volume", self.capture, "--box", "100,100,0,101,101,9",
+                     names=["nothing of the tree", "--box"])
+
     def test_options_of_the_volume_and_of_its_light(self):
         self.assertEqual(self.stages("--cells", "28"), ["volume", "light", "relight"])
         self.assertEqual(self.stages("--cells", "28"), ["relight"])

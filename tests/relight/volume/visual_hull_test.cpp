@@ -103,5 +103,51 @@ TEST(VisualHull, HoldsARenderedTree) {
   EXPECT_LT(high.maxCoeff(), 0.6);
 }
 
+Eigen::AlignedBox3d BoxOf(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  return {low, high};
+}
+
+TEST(VisualHull, OfALargerBoxTheSameVoxelsAreKept) {
+  const Eigen::AlignedBox3d hull = BoxOf({-1.05, -2.03, 0.24}, {1.01, 2.33, 6.95});
+  const Eigen::AlignedBox3d box = BoxOf({-10, -10, -10}, {10, 10, 10});
+  const VoxelBox part = PartWithin(box, 200, hull);  // Voxels of 0.1 m
+  // Rounding of a sum: 1e-9 m
+  EXPECT_LT((part.bounds.min() - Eigen::Vector3d(-1.1, -2.1, 0.2)).norm(), 1e-9);
+  EXPECT_TRUE(part.bounds.contains(hull));
+  EXPECT_LT((part.bounds.sizes() - hull.sizes()).maxCoeff(), 0.2 + 1e-9);
+  const ExtinctionGrid grid = EmptyGrid(part.bounds, part.cells);
+  EXPECT_NEAR(grid.cell_m, 0.1, 1e-12);
+  // On the box's own voxels
+  const Eigen::Vector3d steps = (grid.origin_m - box.min()) / 0.1;
+  EXPECT_LT((steps.array() - steps.array().round()).abs().maxCoeff(), 1e-6);
+}
+
+TEST(VisualHull, ASmallerBoxIsTakenAsItIs) {
+  const Eigen::AlignedBox3d hull = BoxOf({-5, -5, 0}, {5, 5, 9}),
+                            box = BoxOf({-1, -1, 2}, {1, 1, 4});
+  const VoxelBox part = PartWithin(box, 20, hull);
+  EXPECT_EQ(part.cells, 20);
+  EXPECT_LT((part.bounds.min() - box.min()).norm(), 1e-9);
+  EXPECT_LT((part.bounds.max() - box.max()).norm(), 1e-9);
+}
+
+TEST(VisualHull, ABoxBesideTheTreeIsRefused) {
+  const Eigen::AlignedBox3d hull = BoxOf({-5, -5, 0}, {5, 5, 9});
+  for (const double away : {-20.0, 20.0, 1e7}) {
+    const Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(away),
+                                  Eigen::Vector3d::Constant(away + 2));
+    EXPECT_THROW(PartWithin(box, 20, hull), InputError) << away;
+  }
+}
+
+TEST(VisualHull, CornersOfABoxAreRead) {
+  const Eigen::AlignedBox3d box = BoxFromText("1,-2,3.5,-1,2,0");
+  EXPECT_EQ(box.min(), Eigen::Vector3d(-1, -2, 0));
+  EXPECT_EQ(box.max(), Eigen::Vector3d(1, 2, 3.5));
+  for (const char* wrong : {"", "1,2,3", "0,0,0,1,1,0", "0,0,0,1,1,x", "nan,0,0,1,1,1"}) {
+    EXPECT_THROW(BoxFromText(wrong), OptionError) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace relight
