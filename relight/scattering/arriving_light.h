@@ -4,12 +4,12 @@
 // Light that arrives at each voxel of the tree at one moment, per channel: the brackets
 // of
 //
-//   L_ss(u) = S tau(u, w_sun) + integral of L_sky(w) tau(u, w) dw         [Cabral11, Eq.
-//   8]
+//   L_ss(u) = S tau(u, w_sun) + integral of L_sky(w) tau(u, w) dw     [Cabral11, Eq. 8]
 //
 // with S the sun's irradiance on a plane facing it, and the sky's integral as a product
-// of spherical-harmonic coefficients, sum_lm L_lm c_lm(u)                    [Cabral11,
-// Eq. 17]
+// of spherical-harmonic coefficients,
+//
+//   sum_lm L_lm c_lm(u)                                              [Cabral11, Eq. 17]
 //
 // The sun is a point there. Departs from [Cabral11, Eq. 8] on demand: as the disc that it
 // is, of radius rho, tau(u, w_sun) is the mean over n directions spread over it,
