@@ -35,7 +35,7 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
   if (facts.views > 1 && facts.views < kFewViews) {
     text.str("");
     text << "the volume is made from " << facts.views
-         << " photos: 6 cost 0.7 dB on rendered trees, 4 cost 1.3; more, from all sides, "
+         << " photos: 6 cost 0.5 dB on rendered trees, 4 cost 1.3; more, from all sides, "
             "are better";
     notes.push_back(text.str());
   }
@@ -48,7 +48,7 @@ std::vector<std::string> AccuracyNotes(const AccuracyFacts& facts,
   if (facts.air && facts.air->misfit > kClearMisfit) {
     notes.push_back(
         "the sky of the photos is not clear: a photo under an overcast sky that is taken "
-        "for a clear one costs 2 dB; --input-sky overcast says so");
+        "for a clear one costs 3 dB; --input-sky overcast says so");
   }
   if (facts.contrast && facts.contrast->inside_patches > kGlistening) {
     text.str("");
