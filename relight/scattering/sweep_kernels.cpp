@@ -213,17 +213,50 @@ void ColorProductOn(const std::uint16_t* half,
   const std::size_t lanes = hn::Lanes(d);
   const auto* values = reinterpret_cast<const hwy::float16_t*>(half);
   const auto zero = hn::Zero(d);
+  const auto store = [&](auto r, auto g, auto b, std::size_t at) HWY_ATTR {
+    hn::StoreInterleaved3(
+        hn::Max(r, zero), hn::Max(g, zero), hn::Max(b, zero), d, out + 3 * at);
+  };
+  const auto load = [&](std::size_t c, std::size_t at) HWY_ATTR {
+    return hn::PromoteTo(d, hn::LoadU(dh, values + c * stride + at));
+  };
   std::size_t v = 0;
+  // Four vectors at a time: a sum waits for its last product, twelve do not
+  for (; v + 4 * lanes <= count; v += 4 * lanes) {
+    auto r0 = zero, g0 = zero, b0 = zero, r1 = zero, g1 = zero, b1 = zero;
+    auto r2 = zero, g2 = zero, b2 = zero, r3 = zero, g3 = zero, b3 = zero;
+    for (std::size_t c = 0; c < functions; ++c) {
+      const auto red = hn::Set(d, color[3 * c]), green = hn::Set(d, color[3 * c + 1]);
+      const auto blue = hn::Set(d, color[3 * c + 2]);
+      const auto x0 = load(c, v), x1 = load(c, v + lanes);
+      const auto x2 = load(c, v + 2 * lanes), x3 = load(c, v + 3 * lanes);
+      r0 = hn::MulAdd(x0, red, r0);
+      g0 = hn::MulAdd(x0, green, g0);
+      b0 = hn::MulAdd(x0, blue, b0);
+      r1 = hn::MulAdd(x1, red, r1);
+      g1 = hn::MulAdd(x1, green, g1);
+      b1 = hn::MulAdd(x1, blue, b1);
+      r2 = hn::MulAdd(x2, red, r2);
+      g2 = hn::MulAdd(x2, green, g2);
+      b2 = hn::MulAdd(x2, blue, b2);
+      r3 = hn::MulAdd(x3, red, r3);
+      g3 = hn::MulAdd(x3, green, g3);
+      b3 = hn::MulAdd(x3, blue, b3);
+    }
+    store(r0, g0, b0, v);
+    store(r1, g1, b1, v + lanes);
+    store(r2, g2, b2, v + 2 * lanes);
+    store(r3, g3, b3, v + 3 * lanes);
+  }
   for (; v + lanes <= count; v += lanes) {
     auto r = zero, g = zero, b = zero;
     for (std::size_t c = 0; c < functions; ++c) {
-      const auto x = hn::PromoteTo(d, hn::LoadU(dh, values + c * stride + v));
+      const auto x = load(c, v);
       r = hn::MulAdd(x, hn::Set(d, color[3 * c]), r);
       g = hn::MulAdd(x, hn::Set(d, color[3 * c + 1]), g);
       b = hn::MulAdd(x, hn::Set(d, color[3 * c + 2]), b);
     }
-    hn::StoreInterleaved3(
-        hn::Max(r, zero), hn::Max(g, zero), hn::Max(b, zero), d, out + 3 * v);
+    store(r, g, b, v);
   }
   const hn::CappedTag<float, 1> d1;
   const hn::Rebind<hwy::float16_t, decltype(d1)> dh1;

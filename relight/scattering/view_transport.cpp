@@ -17,6 +17,28 @@ constexpr int kBlocks = 64;       // A task
 constexpr double kOpaque = 1e-5;  // As SingleScattering
 constexpr std::size_t kBlock = ViewTransport::kBlock;
 
+// Puts colours into a new image, pixel after pixel of one task, and black between them:
+// an image that is first made black would be gone through twice.
+class PixelWriter {
+ public:
+  // The task's pixels are [first, ...) of view.pixel.
+  PixelWriter(const ViewTransport& view, cv::Mat3f& image, std::size_t first)
+      : out_(reinterpret_cast<cv::Vec3f*>(image.data)),
+        at_(first == 0 ? 0 : static_cast<std::size_t>(view.pixel[first - 1]) + 1) {}
+
+  void Write(std::size_t pixel, const cv::Vec3f& color) {
+    std::fill(out_ + at_, out_ + pixel, cv::Vec3f());
+    out_[pixel] = color;
+    at_ = pixel + 1;
+  }
+  // After the last task's last pixel.
+  void Finish(std::size_t pixels) { std::fill(out_ + at_, out_ + pixels, cv::Vec3f()); }
+
+ private:
+  cv::Vec3f* out_;
+  std::size_t at_;
+};
+
 // What one task finds.
 struct Rays {
   std::vector<std::int32_t> pixel, length, voxel;
@@ -128,11 +150,12 @@ cv::Mat3f SkyImage(const ViewTransport& view, const ShCoefficients& sky) {
   Require(static_cast<std::size_t>(sky.rows()) >= count, "a sky of the view's bands");
   const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> radiance =
       sky.cast<float>();
-  cv::Mat3f image = cv::Mat3f::zeros(view.size);
-  auto* out = reinterpret_cast<cv::Vec3f*>(image.data);
+  if (view.pixel.empty()) return cv::Mat3f::zeros(view.size);
+  cv::Mat3f image(view.size);
   const std::size_t blocks = (view.pixel.size() + kBlock - 1) / kBlock;
   ParallelRanges(static_cast<int>(blocks), kBlocks, [&](int begin, int end) {
     float colors[3 * kBlock];
+    PixelWriter writer(view, image, static_cast<std::size_t>(begin) * kBlock);
     for (auto block = static_cast<std::size_t>(begin);
          block < static_cast<std::size_t>(end);
          ++block) {
@@ -141,10 +164,11 @@ cv::Mat3f SkyImage(const ViewTransport& view, const ShCoefficients& sky) {
       ColorProduct(
           &view.sky[first * count], kBlock, radiance.data(), count, colors, size);
       for (std::size_t p = 0; p < size; ++p) {
-        out[view.pixel[first + p]] = {
-            colors[3 * p], colors[3 * p + 1], colors[3 * p + 2]};
+        writer.Write(static_cast<std::size_t>(view.pixel[first + p]),
+                     {colors[3 * p], colors[3 * p + 1], colors[3 * p + 2]});
       }
     }
+    if (static_cast<std::size_t>(end) == blocks) writer.Finish(image.total());
   });
   return image;
 }
@@ -152,19 +176,23 @@ cv::Mat3f SkyImage(const ViewTransport& view, const ShCoefficients& sky) {
 cv::Mat3f SunImage(const ViewTransport& view,
                    std::span<const float> sun_transmittance,
                    const Eigen::Array3d& sun_irradiance) {
-  cv::Mat3f image = cv::Mat3f::zeros(view.size);
-  auto* out = reinterpret_cast<cv::Vec3f*>(image.data);
+  if (view.pixel.empty()) return cv::Mat3f::zeros(view.size);
+  cv::Mat3f image(view.size);
   const Eigen::Array3f sun = sun_irradiance.cast<float>();
   ParallelRanges(
       static_cast<int>(view.pixel.size()), kBlocks * kBlock, [&](int begin, int end) {
+        PixelWriter writer(view, image, static_cast<std::size_t>(begin));
         for (auto p = static_cast<std::size_t>(begin); p < static_cast<std::size_t>(end);
              ++p) {
           const float lit = SharedSum(&view.share[view.ray[p]],
                                       &view.voxel[view.ray[p]],
                                       view.ray[p + 1] - view.ray[p],
                                       sun_transmittance.data());
-          out[view.pixel[p]] = {sun[0] * lit, sun[1] * lit, sun[2] * lit};
+          writer.Write(static_cast<std::size_t>(view.pixel[p]),
+                       {sun[0] * lit, sun[1] * lit, sun[2] * lit});
         }
+        if (static_cast<std::size_t>(end) == view.pixel.size())
+          writer.Finish(image.total());
       });
   return image;
 }

@@ -62,7 +62,7 @@ struct Cost {
 
 // Fills the caches with something else.
 void ForgetCaches() {
-  static std::vector<char> other(std::size_t{256} << 20, 1);
+  static std::vector<char> other(std::size_t{1} << 30, 1);
   for (std::size_t i = 0; i < other.size(); i += 64) ++other[i];
 }
 
@@ -83,6 +83,7 @@ Cost Measure(int runs, Work&& work, bool from_memory = false) {
 struct Sky {
   std::string name;
   Daylight daylight;
+  bool of_truth_hour = false;  // Of the tree's own; the last line's error is of these.
 };
 
 struct View {
@@ -155,7 +156,8 @@ TestTree ReadTree(const fs::path& folder) {
                                       std::pair(SkyModel::kAtmosphere, "atmosphere")}) {
       skies[hour["view"]].push_back(
           {fmt::format("{} {}", hour["time"].get<std::string>().substr(11, 5), word),
-           DaylightAt(hour["sun_azimuth_deg"], hour["sun_elevation_deg"], model)});
+           DaylightAt(hour["sun_azimuth_deg"], hour["sun_elevation_deg"], model),
+           true});
     }
   }
   for (auto& [name, of_view] : skies) {
@@ -394,6 +396,9 @@ int Run(const std::vector<fs::path>& folders) {
           of_view[bands] = std::max(of_view[bands], error);
           worst[bands] = std::max(worst[bands], error);
           if (bands == kBands) {
+            if (&folder == &folders.front() && &view == &tree.views.front() &&
+                view.skies[s].of_truth_hour)
+              first_error = std::max(first_error, error);
             fmt::print("  {} {}: {:.4f}\n", view.name, view.skies[s].name, error);
           }
         }
@@ -404,7 +409,6 @@ int Run(const std::vector<fs::path>& folders) {
 
       if (&folder != &folders.front() || &view != &tree.views.front()) continue;
       // One view and one hour, explicitly and by the light volume
-      first_error = of_view[kBands];
       const std::span<const Sky> one(view.skies.data(), 1);
       points = 0;
       std::vector<std::vector<Eigen::Array3d>> on_ray;
@@ -458,7 +462,7 @@ int Run(const std::vector<fs::path>& folders) {
           half.cpu_s,
           full.cpu_s,
           of_means,
-          first_error);
+          of_view[kBands]);
 
       // A new hour
       sky_cost = Measure(
