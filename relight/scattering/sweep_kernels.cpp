@@ -71,20 +71,14 @@ void AddScaledOn(float* sum, float factor, const float* values, std::size_t coun
   }
 }
 
-void AddBundleOn(const RowStep* steps,
-                 std::size_t count,
-                 std::size_t rays,
-                 float share,
-                 int begin,
-                 int end,
-                 float* mean) {
+void AddBundleOn(const Bundle& bundle, float* mean) {
+  const auto [steps, rays, share, begin, end] = bundle;
   const hn::CappedTag<float, 16> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN float edge[16] = {};
   for (int x = begin; x < end; x += lanes) {
     auto a0 = hn::Zero(d), a1 = a0, a2 = a0, a3 = a0, a4 = a0, a5 = a0, a6 = a0, a7 = a0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const RowStep& step = steps[i];
+    for (const RowStep& step : steps) {
       if (x >= step.to || x + lanes <= step.from) continue;
       auto sigma = hn::Zero(d);
       if (x >= step.from && x + lanes <= step.to) {
@@ -375,14 +369,8 @@ void AddScaled(float* sum, float factor, const float* values, std::size_t count)
   HWY_DYNAMIC_DISPATCH(AddScaledOn)(sum, factor, values, count);
 }
 
-void AddBundle(const RowStep* steps,
-               std::size_t count,
-               std::size_t rays,
-               float share,
-               int begin,
-               int end,
-               float* mean) {
-  HWY_DYNAMIC_DISPATCH(AddBundleOn)(steps, count, rays, share, begin, end, mean);
+void AddBundle(const Bundle& bundle, float* mean) {
+  HWY_DYNAMIC_DISPATCH(AddBundleOn)(bundle, mean);
 }
 
 void ExpOfNegative(float* values, std::size_t count) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace relight {
 
@@ -44,15 +45,17 @@ struct RowStep {
   std::array<float, kBundle> length{};  // Of each ray inside of it.
 };
 
-// mean[x] += share * sum over the first `rays` rays of exp(-sum over steps of length
-// sigma), for x in [begin, end). Steps in the order of the rays.
-void AddBundle(const RowStep* steps,
-               std::size_t count,
-               std::size_t rays,
-               float share,
-               int begin,
-               int end,
-               float* mean);
+// Their way from the voxels [begin, end) of a row.
+struct Bundle {
+  std::span<const RowStep> steps;  // In the order of the rays.
+  std::size_t rays = kBundle;      // The first of kBundle.
+  float share = 1;                 // Of each ray in the mean.
+  int begin = 0, end = 0;
+};
+
+// mean[x] += share * sum over the rays of exp(-sum over steps of length sigma), for x in
+// [begin, end).
+void AddBundle(const Bundle& bundle, float* mean);
 
 // values[i] = exp(-values[i]).
 void ExpOfNegative(float* values, std::size_t count);

@@ -209,7 +209,7 @@ std::vector<float> MeanTransmittanceAlong(const ExtinctionGrid& grid,
         steps.push_back({sigma, from, to, step.length_m});
       }
       const std::size_t count = std::min(kBundle, directions.size() - b * kBundle);
-      AddBundle(steps.data(), steps.size(), count, share, begin, end, mean);
+      AddBundle({steps, count, share, begin, end}, mean);
     }
   });
 }

@@ -33,8 +33,9 @@ def check(root):
 class SelfTest(TreeTest):
     def test_takes_paths_of_the_project_and_of_every_system(self):
         self.assertEqual(check(self.tree({
-            "docs/a.md": "relight/base/a.h, https://a.org/home/x, /usr/local, ${HOME}/x, "
-                         "build/tmp/x, ../work/x, either/or and/tmp/x\n"})), [])
+            "docs/a.md": f"relight/base/a.h, https://a.org/{PLACES[0]}/x, /usr/local, ${{HOME}}/x, "
+                         f"build/{PLACES[4]}/x, ../{PLACES[3]}/x, "
+                         f"either/or and/{PLACES[4]}/x\n"})), [])
 
     def test_finds_paths_of_one_machine(self):
         for place in PLACES:
