@@ -386,8 +386,11 @@ std::string AirInWords(const TurbidityEstimate& air) {
   text.precision(2);
   if (air.sure) {
     text << "turbidity " << air.turbidity << " by the sky of "
-         << (air.photos == 1 ? "the photo" : std::to_string(air.photos) + " photos")
-         << ", sure to " << std::ceil(100 * air.spread) << " %";
+         << (air.photos == 1 ? "the photo" : std::to_string(air.photos) + " photos");
+    if (air.deepened > 1) {
+      text << ", whose colours the camera deepens by " << air.deepened;
+    }
+    text << ", sure to " << std::ceil(100 * air.spread) << " %";
   } else {
     text << "the photos do not tell the haze of the air (" << air.doubt << "): turbidity "
          << kUsualTurbidity << " is taken";

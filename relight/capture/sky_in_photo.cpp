@@ -188,7 +188,7 @@ TurbidityEstimate TurbidityOfCapture(const ViewPlan& plan,
   for (std::size_t i = 0; i < count; ++i)
     chosen.push_back(views[i * views.size() / count]);
 
-  StageKey key("sky 1");
+  StageKey key("sky 2");
   key.Add(FieldsText(plan.options.photo));
   key.AddFile(capture.folder / "cameras" / "cameras.txt");
   key.AddFile(capture.folder / "cameras" / "images.txt");
@@ -204,6 +204,7 @@ TurbidityEstimate TurbidityOfCapture(const ViewPlan& plan,
       return {.turbidity = json.at("turbidity"),
               .spread = json.at("spread"),
               .misfit = json.at("misfit"),
+              .deepened = json.at("deepened"),
               .samples = json.at("samples"),
               .photos = json.at("photos"),
               .sure = json.at("sure"),
@@ -227,6 +228,7 @@ TurbidityEstimate TurbidityOfCapture(const ViewPlan& plan,
   const nlohmann::json json = {{"turbidity", estimate.turbidity},
                                {"spread", estimate.spread},
                                {"misfit", estimate.misfit},
+                               {"deepened", estimate.deepened},
                                {"samples", estimate.samples},
                                {"photos", estimate.photos},
                                {"sure", estimate.sure},

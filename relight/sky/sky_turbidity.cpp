@@ -21,10 +21,11 @@ constexpr double kNearestToSun_rad = RadFromDeg(15);
 constexpr double kColorError = 0.10;     // s_c
 constexpr double kGradientError = 0.30;  // s_y
 constexpr double kPriorMean = 3.0, kPriorSpread = 0.40;
-constexpr double kIndependent = 4.0;  // n
-constexpr int kTurbidities = 90;      // From 2 to 10, evenly in ln T.
+constexpr double kIndependent = 4.0;                          // n
+constexpr double kMostDeepened = 3.0, kDeepenedSpread = 0.7;  // Of g, and s_g.
+constexpr int kTurbidities = 90;  // From 2 to 10, evenly in ln T.
 
-constexpr int kFewestSamples = 24;
+constexpr std::size_t kFewestSamples = 24;
 constexpr double kWidestSpread = 0.2;
 constexpr double kWorstMisfit = 0.15;
 constexpr double kHaziest = 7.5;
@@ -50,38 +51,86 @@ Eigen::Array3d LogsOf(const Eigen::Array3d& rgb) {
 struct Fit {
   double cost = 0.0;    // Mean over the samples.
   double misfit = 0.0;  // Root mean square of r and b.
+  double deepened = 1.0;
 };
 
+// (K9), with (K11) where the camera may have deepened the colours.
 Fit FitAt(double turbidity,
           std::span<const SkySample> samples,
-          const std::vector<Eigen::Array3d>& logs) {
-  std::vector<Eigen::Array3d> apart(samples.size());
-  std::map<int, std::pair<double, int>> level;  // Of each photo: sum, count.
+          const std::vector<Eigen::Array3d>& logs,
+          bool may_be_deepened) {
+  std::vector<Eigen::Array3d> model;
   // The sun stands still in a photo, and often from one to the next
   std::optional<PreethamSky> sky;
   Eigen::Vector3d sun = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (!sky || sun != samples[i].sun_in_world) {
-      sun = samples[i].sun_in_world;
+  for (const SkySample& sample : samples) {
+    if (!sky || sun != sample.sun_in_world) {
+      sun = sample.sun_in_world;
       sky.emplace(sun, PreethamSkyOptions{.turbidity = turbidity});
     }
-    apart[i] = logs[i] - LogsOf((*sky)(samples[i].direction_in_world));
+    model.push_back(LogsOf((*sky)(sample.direction_in_world)));
+  }
+  Fit fit;
+  if (may_be_deepened) {
+    double both = 0, of_model = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      both += (logs[i].head<2>() * model[i].head<2>()).sum();
+      of_model += model[i].head<2>().square().sum();
+    }
+    fit.deepened = std::clamp(both / std::max(of_model, 1e-9), 1.0, kMostDeepened);
+  }
+  std::map<int, std::pair<double, int>> level;  // Of each photo: sum, count.
+  for (std::size_t i = 0; i < samples.size(); ++i) {
     auto& [sum, count] = level[samples[i].photo];
-    sum += apart[i][2];
+    sum += logs[i][2] - model[i][2];
     ++count;
   }
-  // (K9)
-  Fit fit;
   const auto n = static_cast<double>(samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto& [sum, count] = level[samples[i].photo];
-    const double r = apart[i][0], b = apart[i][1], y = apart[i][2] - sum / count;
+    const double r = logs[i][0] - fit.deepened * model[i][0];
+    const double b = logs[i][1] - fit.deepened * model[i][1];
+    const double y = logs[i][2] - model[i][2] - sum / count;
     fit.cost +=
         (Huber(r / kColorError) + Huber(b / kColorError) + Huber(y / kGradientError)) / n;
     fit.misfit += (r * r + b * b) / (2 * n);
   }
   fit.misfit = std::sqrt(fit.misfit);
   return fit;
+}
+
+// The whole posterior, on a grid.
+TurbidityEstimate EstimateFrom(std::span<const SkySample> samples,
+                               const std::vector<Eigen::Array3d>& logs,
+                               bool may_be_deepened) {
+  std::vector<double> log_turbidity, log_posterior;
+  for (int i = 0; i < kTurbidities; ++i) {
+    const double at =
+        std::log(2.0) + (std::log(10.0) - std::log(2.0)) * i / (kTurbidities - 1);
+    const double turbidity = std::min(std::exp(at), 10.0);  // Not beyond by rounding
+    const double prior = (at - std::log(kPriorMean)) / kPriorSpread;
+    const Fit fit = FitAt(turbidity, samples, logs, may_be_deepened);
+    const double deepened = std::log(fit.deepened) / kDeepenedSpread;
+    log_turbidity.push_back(at);
+    log_posterior.push_back(-0.5 * kIndependent * fit.cost - 0.5 * prior * prior -
+                            0.5 * deepened * deepened);
+  }
+  const double highest = *std::max_element(log_posterior.begin(), log_posterior.end());
+  double total = 0, mean = 0, square = 0;
+  for (std::size_t i = 0; i < log_turbidity.size(); ++i) {
+    const double weight = std::exp(log_posterior[i] - highest);
+    total += weight;
+    mean += weight * log_turbidity[i];
+    square += weight * log_turbidity[i] * log_turbidity[i];
+  }
+  mean /= total;
+  TurbidityEstimate estimate;
+  estimate.turbidity = std::clamp(std::exp(mean), 2.0, 10.0);
+  estimate.spread = std::sqrt(std::max(0.0, square / total - mean * mean));
+  const Fit fit = FitAt(estimate.turbidity, samples, logs, may_be_deepened);
+  estimate.misfit = fit.misfit;
+  estimate.deepened = fit.deepened;
+  return estimate;
 }
 
 }  // namespace
@@ -99,39 +148,20 @@ TurbidityEstimate TurbidityFromSky(std::span<const SkySample> samples) {
     used.push_back(sample);
     photos.insert(sample.photo);
   }
-  TurbidityEstimate estimate;
-  estimate.samples = static_cast<int>(used.size());
-  estimate.photos = static_cast<int>(photos.size());
-  if (estimate.samples < kFewestSamples) {
-    estimate.doubt = "they show too little open sky";
+  const auto counted = [&](TurbidityEstimate estimate) {
+    estimate.samples = static_cast<int>(used.size());
+    estimate.photos = static_cast<int>(photos.size());
     return estimate;
+  };
+  if (used.size() < kFewestSamples) {
+    TurbidityEstimate none = counted({});
+    none.doubt = "they show too little open sky";
+    return none;
   }
   std::vector<Eigen::Array3d> logs;
   for (const SkySample& sample : used) logs.push_back(LogsOf(sample.color));
-
-  // The whole posterior, on a grid
-  std::vector<double> log_turbidity, log_posterior;
-  for (int i = 0; i < kTurbidities; ++i) {
-    const double at =
-        std::log(2.0) + (std::log(10.0) - std::log(2.0)) * i / (kTurbidities - 1);
-    const double turbidity = std::min(std::exp(at), 10.0);  // Not beyond by rounding
-    const double prior = (at - std::log(kPriorMean)) / kPriorSpread;
-    log_turbidity.push_back(at);
-    log_posterior.push_back(-0.5 * kIndependent * FitAt(turbidity, used, logs).cost -
-                            0.5 * prior * prior);
-  }
-  const double highest = *std::max_element(log_posterior.begin(), log_posterior.end());
-  double total = 0, mean = 0, square = 0;
-  for (std::size_t i = 0; i < log_turbidity.size(); ++i) {
-    const double weight = std::exp(log_posterior[i] - highest);
-    total += weight;
-    mean += weight * log_turbidity[i];
-    square += weight * log_turbidity[i] * log_turbidity[i];
-  }
-  mean /= total;
-  estimate.turbidity = std::clamp(std::exp(mean), 2.0, 10.0);
-  estimate.spread = std::sqrt(std::max(0.0, square / total - mean * mean));
-  estimate.misfit = FitAt(estimate.turbidity, used, logs).misfit;
+  TurbidityEstimate estimate = counted(EstimateFrom(used, logs, false));
+  if (estimate.misfit > kWorstMisfit) estimate = counted(EstimateFrom(used, logs, true));
   if (estimate.misfit > kWorstMisfit) {
     estimate.doubt = "their sky is not the colour of a clear one";
   } else if (estimate.turbidity > kHaziest) {

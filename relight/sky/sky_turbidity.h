@@ -19,6 +19,15 @@
 //      gradient, which lenses darken towards the corners            s_T  0.40
 // n    4: samples of one sky err together, so that many say little more than a few
 //
+// Cameras deepen the colours of a sky. Where no T makes the model's colours those of the
+// photos, both logarithms of p_i are taken times one more unknown g, of each T the best:
+//
+//   g(T) = sum_i c_i . p_i / sum_i p_i . p_i, from 1 to 3;
+//   P(T) also has the factor exp(-(ln g)^2 / (2 s_g^2)),   s_g = 0.7             (K11)
+//
+// with c_i, p_i the pairs of logarithms. T then rests on how the colours change over the
+// sky, and on the gradient.
+//
 // T is the mean of ln T under P, its spread the standard deviation. Samples lower than 6
 // degrees (haze and smoke of the horizon, which the model has not) and nearer to the sun
 // than 15 degrees are left out.
@@ -39,10 +48,11 @@ struct SkySample {
 
 struct TurbidityEstimate {
   double turbidity = 3.0;
-  double spread = 0.0;  // Standard deviation of ln T.
-  double misfit = 0.0;  // Root mean square of r and b at that T.
-  int samples = 0;      // Used.
-  int photos = 0;       // They are from.
+  double spread = 0.0;    // Standard deviation of ln T.
+  double misfit = 0.0;    // Root mean square of r and b at that T.
+  double deepened = 1.0;  // g of (K11) at that T.
+  int samples = 0;        // Used.
+  int photos = 0;         // They are from.
   bool sure = false;
   std::string doubt = {};  // Why it is not sure: "no open sky", "clouds"; else empty.
 };

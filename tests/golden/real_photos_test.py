@@ -96,6 +96,12 @@ class RealPhotos(unittest.TestCase):
                        "--to-light", "-80,20", "-o", out / "oak.jpg")
         self.assertIn("silhouette", done.stderr)
         self.assertIn("from the left", done.stderr)
+        # A phone's deep blue is a clear sky, too: lit from behind the camera, as it shows
+        air = relight("hour", photo, "--matte", matte, "--lit-from", "180,40",
+                      "--to-light", "100,40", "-o", self.work / "air.jpg", "--json")
+        sky = json.loads(air.stdout)["sky"]
+        self.assertEqual(sky["turbidity_from"], "photos", air.stderr)
+        self.assertTrue(2 < sky["turbidity"] < 8, sky)
         self.assertGreater((out / "oak.jpg").stat().st_size, 10000)
 
 

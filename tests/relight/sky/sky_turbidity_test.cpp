@@ -50,6 +50,22 @@ TEST(SkyTurbidity, FewWrongSamplesPullLittle) {
   EXPECT_NEAR(TurbidityFromSky(samples).turbidity, clean, 0.35);
 }
 
+TEST(SkyTurbidity, IsFoundUnderColorsThatTheCameraDeepens) {
+  // Only how the colours change over the sky, and the gradient, still tell it
+  for (const double turbidity : {2.3, 3.0, 4.0}) {
+    std::vector<SkySample> samples = SamplesOf(turbidity, 45.0);
+    for (SkySample& sample : samples) {
+      const double green = sample.color[1];
+      sample.color = green * (sample.color / green).pow(2.0);
+    }
+    const TurbidityEstimate air = TurbidityFromSky(samples);
+    EXPECT_TRUE(air.sure) << turbidity << " " << air.doubt;
+    EXPECT_NEAR(air.deepened, 2.0, 0.4) << turbidity;
+    EXPECT_NEAR(std::log(air.turbidity / turbidity), 0, 0.25) << turbidity;
+  }
+  EXPECT_EQ(TurbidityFromSky(SamplesOf(3.0, 45.0)).deepened, 1.0);
+}
+
 TEST(SkyTurbidity, IsNotSureOfCloudsNorOfALittleSky) {
   std::vector<SkySample> grey = SamplesOf(3.0, 45.0);
   for (SkySample& sample : grey) sample.color = {0.5, 0.5, 0.5};
