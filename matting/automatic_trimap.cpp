@@ -23,6 +23,7 @@ constexpr int kWorkPixels = 400000;  // Sky, ground and crown are told apart at 
 constexpr int kCutPixels = 40000;    // A graph cut cannot be stopped half-way.
 constexpr double kEdgeContrast = 0.6;  // Of (M10): a leaf's rim is still mostly leaf.
 constexpr int kLeastToLearn = 20;      // Fewer pixels do not teach a mixture.
+constexpr int kTwigGap = 3;            // At the reduced size.
 constexpr std::uint8_t kDecide = 64;   // Of a zone: (M10) decides at the photo's size.
 
 cv::Size Reduced(cv::Size size, int pixels) {
@@ -304,23 +305,60 @@ cv::Mat1b SkyAtTheHorizon(const SkyBehind& sky, const AutomaticTrimapOptions& op
   return alike;
 }
 
-// What no shade of the ground can be: other hues, at their own lightness.
-cv::Mat1b UnlikeGround(const Scene& scene) {
-  constexpr double kHue = 10;  // Of a* and b*.
-  cv::Mat1b unlike(scene.display.size(), std::uint8_t{0});
-  if (cv::countNonZero(scene.sky.ground) == 0) return unlike;
+// How far each row may widen a tree that is seen before the ground: a trunk and drooping
+// boughs by a pixel in three rows at most; what the ground can be neither in the sun nor
+// in the shade, where the sky alone lights it, at any angle: it has other hues, at its
+// own lightness; and what is as dark as ground in the shade not at all, for a shadow lies
+// flat.
+enum Widening : std::uint8_t { kSlow = 0, kFree = 255, kNone = 1 };
+
+cv::Mat1b WideningBeforeGround(const Scene& scene) {
+  constexpr double kHue = 10;    // Of a* and b*.
+  constexpr double kDark = 0.6;  // Of the ground's L*.
+  cv::Mat1b widening(scene.display.size(), kSlow);
+  if (cv::countNonZero(scene.sky.ground) == 0) return widening;
   cv::Mat3f lab;
   cv::cvtColor(scene.display, lab, cv::COLOR_RGB2Lab);
-  const cv::Scalar ground = cv::mean(lab, scene.sky.ground);
+  const auto hue_of = [&](const cv::Scalar& display) {
+    cv::Mat3f one(1, 1, cv::Vec3f(display[0], display[1], display[2]));
+    cv::cvtColor(one, one, cv::COLOR_RGB2Lab);
+    const float lightness = std::max(one(0)[0], 1.0f);
+    return cv::Vec2d(one(0)[1] / lightness, one(0)[2] / lightness);
+  };
+  const cv::Scalar ground = cv::mean(scene.display, scene.sky.ground);
+  const cv::Scalar sky = cv::mean(scene.display, scene.sky.known);
+  const cv::Vec2d sunlit = hue_of(ground);
+  const double dark = kDark * cv::mean(lab, scene.sky.ground)[0];
+  const cv::Vec2d way = hue_of(ground.mul(sky)) - sunlit;  // To the shade
+  const double length = std::max(way.dot(way), 1e-9);
   for (int y = 0; y < lab.rows; ++y) {
     for (int x = 0; x < lab.cols; ++x) {
       const cv::Vec3f& c = lab(y, x);
-      const double share = c[0] / std::max(ground[0], 1.0);
-      unlike(y, x) =
-          std::hypot(c[1] - share * ground[1], c[2] - share * ground[2]) > kHue ? 255 : 0;
+      const double lightness = std::max(c[0], 1.0f);
+      const cv::Vec2d hue = cv::Vec2d(c[1], c[2]) / lightness - sunlit;
+      const double shade = std::clamp(hue.dot(way) / length, 0.0, 1.0);
+      const bool is_ground = lightness * cv::norm(hue - shade * way) <= kHue;
+      widening(y, x) = !is_ground ? kFree : lightness < dark ? kNone : kSlow;
     }
   }
-  return unlike;
+  return widening;
+}
+
+// Leaves and twigs that hang before the ground, beside a tree: narrow, unlike the ground.
+// None where the ground that is nowhere near the tree is as unlike itself.
+cv::Mat1b HangingBefore(const cv::Mat1b& ground_rows,
+                        const cv::Mat1b& tree,
+                        const cv::Mat1b& widening) {
+  constexpr double kMostElsewhere = 0.02;
+  const int rows = tree.rows, side = std::max(3, rows / 20);
+  cv::Mat1b unlike = (widening == kFree) & ground_rows & ~tree;
+  const cv::Mat1b elsewhere = ground_rows & ~Dilated(tree, rows / 12);
+  const double share = cv::countNonZero(unlike & elsewhere) /
+                       std::max(1.0, 1.0 * cv::countNonZero(elsewhere));
+  if (share > kMostElsewhere) return cv::Mat1b(tree.size(), std::uint8_t{0});
+  cv::Mat1b wide;
+  cv::morphologyEx(unlike, wide, cv::MORPH_OPEN, cv::Mat::ones(side, side, CV_8U));
+  return unlike & ~wide;
 }
 
 // The mask that GrabCut starts from.
@@ -355,19 +393,21 @@ cv::Mat1b CutMask(const Scene& scene,
   return mask;
 }
 
-// Takes away below the horizon what nothing holds from above: a shadow lies flat, while a
-// trunk and drooping boughs widen downwards by a pixel in three rows at most. What is no
-// shade of the ground is no shadow, and may droop at any angle.
+// Takes away below the horizon what nothing holds from above. Twigs are lost here and
+// there.
 void KeepWhatIsHeld(cv::Mat1b& tree,
                     int horizon,
-                    const cv::Mat1b& unlike_ground,
+                    const cv::Mat1b& widening,
                     const cv::Mat1b& strokes) {
   for (int y = std::max(horizon + 1, 1); y < tree.rows; ++y) {
     for (int x = 0; x < tree.cols; ++x) {
-      const int reach = unlike_ground(y, x) != 0 ? 2 : y % 3 == 0 ? 1 : 0;
+      const bool free = widening(y, x) == kFree;
+      const int reach = free ? 2 : widening(y, x) == kSlow && y % 3 == 0 ? 1 : 0;
+      const int gap = free ? kTwigGap : 0;
       bool held = strokes(y, x) == kTrimapForeground;
-      for (int i = std::max(0, x - reach); i <= std::min(tree.cols - 1, x + reach); ++i) {
-        held = held || tree(y - 1, i) != 0;
+      for (int j = std::max(0, y - 1 - gap); j < y; ++j) {
+        for (int i = std::max(0, x - reach); i <= std::min(tree.cols - 1, x + reach); ++i)
+          held = held || tree(j, i) != 0;
       }
       if (!held) tree(y, x) = 0;
     }
@@ -388,8 +428,14 @@ cv::Mat1b FindTree(const Scene& scene,
     const cv::Mat1b cut =
         Cut(scene, CutMask(scene, standing, main, options), first, progress);
     cut.rowRange(below, rows).copyTo(tree.rowRange(below, rows));
-    if (sky.share > 0)
-      KeepWhatIsHeld(tree, sky.horizon, UnlikeGround(scene), scene.strokes);
+    if (sky.share > 0) {
+      const cv::Mat1b widening = WideningBeforeGround(scene);
+      cv::Mat1b ground_rows =
+          (scene.strokes != kTrimapBackground) & ~SkyAtTheHorizon(sky, options);
+      ground_rows.rowRange(0, below).setTo(0);
+      tree |= HangingBefore(ground_rows, tree, widening);  // The cut leaves out thin ends
+      KeepWhatIsHeld(tree, sky.horizon, widening, scene.strokes);
+    }
   }
   if (scene.Informed() && sky.share > 0) {
     const ColorModels models =

@@ -12,8 +12,9 @@
 //
 // with sigma the sky's own spread and D the tree's contrast; all else is unknown. Below
 // the horizon, the lowest row that shows sky, there is ground for background, of any
-// texture and with the tree's shadow on it: the tree is what GrabCut separates there, and
-// what is held from above.
+// texture and with the tree's shadow on it: the tree is what GrabCut separates there and
+// the leaves and twigs that no shade of the ground can be, as far as they are held from
+// above.
 
 #include "relight/base/field.h"
 #include "relight/base/progress.h"

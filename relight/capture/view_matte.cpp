@@ -86,7 +86,7 @@ const ViewEntry* CaptureMattes::Teacher(const ViewEntry& view) const {
 }
 
 std::string CaptureMattes::KeyOf(const ViewEntry& view) const {
-  StageKey key("matte 4");
+  StageKey key("matte 5");
   key.Add(FieldsText(options_.photo)).Add(FieldsText(options_.matte));
   const auto add = [&](const ViewEntry& of) {
     key.AddFile(capture_.PhotoOf(of));
