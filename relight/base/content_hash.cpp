@@ -29,6 +29,24 @@ std::string Hexadecimal(XXH128_hash_t hash) {
 
 }  // namespace
 
+struct ContentHash::State {
+  std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> hash{XXH3_createState(),
+                                                                &XXH3_freeState};
+};
+
+ContentHash::ContentHash() : state_(std::make_unique<State>()) {
+  XXH3_128bits_reset(state_->hash.get());
+}
+ContentHash::~ContentHash() = default;
+
+void ContentHash::Add(std::string_view piece) {
+  XXH3_128bits_update(state_->hash.get(), piece.data(), piece.size());
+}
+
+std::string ContentHash::Text() const {
+  return Hexadecimal(XXH3_128bits_digest(state_->hash.get()));
+}
+
 std::string HashOfText(std::string_view text) {
   return Hexadecimal(XXH3_128bits(text.data(), text.size()));
 }
@@ -38,17 +56,14 @@ std::string HashOfFile(const std::filesystem::path& file) {
   if (!in)
     throw InputError(file.string() +
                      ": cannot be read: " + std::generic_category().message(errno));
-  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
-                                                                       &XXH3_freeState);
-  XXH3_128bits_reset(state.get());
+  ContentHash hash;
   std::vector<char> buffer(std::size_t{1} << 20);
   while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) ||
          in.gcount() > 0) {
-    XXH3_128bits_update(
-        state.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
+    hash.Add({buffer.data(), static_cast<std::size_t>(in.gcount())});
   }
   if (in.bad()) throw InputError(file.string() + ": cannot be read to its end");
-  return Hexadecimal(XXH3_128bits_digest(state.get()));
+  return hash.Text();
 }
 
 }  // namespace relight

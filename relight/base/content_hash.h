@@ -5,10 +5,27 @@
 // its content, never by its time.
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
 namespace relight {
+
+// The hash of a text that comes piece by piece, and is nowhere as a whole.
+class ContentHash {
+ public:
+  ContentHash();
+  ~ContentHash();
+  ContentHash(const ContentHash&) = delete;
+  ContentHash& operator=(const ContentHash&) = delete;
+
+  void Add(std::string_view piece);
+  std::string Text() const;  // That of HashOfText for all pieces so far.
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 std::string HashOfText(std::string_view text);
 
