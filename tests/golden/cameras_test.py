@@ -16,6 +16,7 @@ import time
 import unittest
 import urllib.parse
 
+from one_photo_test import TrueCamera, sun_direction
 from relight_runner import PROGRAM, SAMPLE, SHARED, RelightCase, relight, with_exif
 
 PHOTOS = SHARED / "data" / "photos"
@@ -388,6 +389,49 @@ class Cameras(RelightCase):
         self.assertIn("view_03.jpg: no such file", page)
         self.assertEqual(page.count("<figure id="), 11)
 
+    def test_a_shadow_tells_north_and_how_well(self):
+        # Photos that say nothing, and a model that is turned by 50 degrees
+        for photo in (SAMPLE / "photos").iterdir():
+            (self.folder / photo.name).write_bytes(without_exif(photo.read_bytes()))
+        bare = self.folder / "bare"
+        self.done("init", bare, *sorted(self.folder.glob("view_*.jpg")))
+        before = self.done("cameras", bare, "--import", self.model, "--json").json
+        true = {view["view"]: view["heading_deg"] for view in before["views"]}
+        ends = math.dist(*(before["views"][i]["position_m"] for i in (0, 6)))
+        self.done("cameras", bare, "--heading", f"view_00={(true['view_00'] + 50) % 360:.4f}")
+        self.done("cameras", bare, "--export", "colmap", self.folder / "turned")
+        shutil.rmtree(bare / "cameras")
+        turned = ("cameras", bare, "--import", self.folder / "turned", "--up", "0,0,1")
+        message = self.refused(*turned, names=["no photo has a compass or a place", "--heading",
+                                               "no photo has a place", "--scale-from"])
+        self.assertNotIn("too close", message)
+
+        # A pole of 9 m stands at (2, 1); its shadow as view_03 sees it
+        shadow = ("--scale-from", "view_00", "view_06", f"{ends:.4f}", "--north-from-shadow",
+                  "view_03")
+        self.refused(*turned, *shadow, "200,500", "160,500",
+                     names=["view_03.jpg", "no time or no place", "taken", "place"])
+        toml = bare / "capture.toml"
+        toml.write_text('place = "40.35,-74.65"\ntaken = "2011-07-22T13:00-04:00"\n' +
+                        toml.read_text())
+        camera = TrueCamera(self.model, "view_03")
+        sun = sun_direction(176.5537, 69.8635)
+        foot = (2.0, 1.0, 0.0)
+        tip = (foot[0] - 9 * sun[0] / sun[2], foot[1] - 9 * sun[1] / sun[2], 0.0)
+        pixels = ["{:.2f},{:.2f}".format(*camera.pixel(p)) for p in (foot, tip)]
+        found = self.done(*turned, *shadow, *pixels, "--json").json
+        self.assertEqual(found["north"]["from"], "the shadow and the time")
+        for view in found["views"]:
+            apart = (view["heading_deg"] - true[view["view"]] + 180) % 360 - 180
+            self.assertLess(abs(apart), 0.5)  # Pixels are given to two digits
+        self.assertGreater(found["north"]["error_deg"], 2)  # A pixel turns it by as much
+        self.assertLess(found["north"]["error_deg"], 20)
+
+        # What tells nothing is no north
+        self.refused(*turned, *shadow, pixels[0], f"{float(pixels[0].split(',')[0]) + 1},503",
+                     names=["a longer shadow"])
+        self.refused(*turned, *shadow, pixels[0], "160,20", names=["view_03", "above the horizon"])
+
     def assertAzimuth(self, azimuth_deg, right, down, delta_deg):
         """Of a line on a map with north up."""
         apart = (math.degrees(math.atan2(right, -down)) - azimuth_deg + 180) % 360 - 180
@@ -412,6 +456,8 @@ class Cameras(RelightCase):
         self.refused(*given, "--scale-from", "view_00", "view_01", "-3", code=2,
                      names=["above 0 m"])
         self.refused(*given, "--scale-from", "view_00", "view_99", "3", names=["view_99"])
+        self.refused(*given, "--scale-from", "view_01", "view_01", "3", code=2,
+                     names=["two views", "view_01"])
         self.refused(*given, "--heading", "view_00=upwards", code=2, names=["upwards"])
         self.refused(*given, "--north-from-shadow", "view_00", "1,2", "3", code=2,
                      names=["x1,y1"])
