@@ -150,7 +150,7 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   }
   if (request.leave_out) return Judge(request, capture, options, console);
   const auto file = request.folder / "volume.vdb";
-  std::optional<OpacitySummary> made;
+  std::optional<MadeVolume> made;
   if (request.import) {
     Say(console, file.string() + " is from " + request.import->string());
   } else if (VolumeIsStale(capture, records, options, request.force)) {
@@ -175,9 +175,11 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
                     grid.cell_m,
                     occupied));
     if (made) {
+      Say(console, "the box is from " + made->box_from);
       Say(console,
-          fmt::format("the mattes are met within {:.3f} rms", made->residual_rms));
-      SayFit(*made, console);
+          fmt::format("the mattes are met within {:.3f} rms",
+                      made->summary.residual_rms));
+      SayFit(made->summary, console);
     }
     if (!console.quiet) fmt::print("{}\n", file.string());
     return 0;
@@ -189,7 +191,10 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
                          {"occupied_voxels", occupied},
                          {"views", cameras.size()},
                          {"made", made.has_value()}};
-  if (made) json.update(JsonOf(*made));
+  if (made) {
+    json.update(JsonOf(made->summary));
+    json["box_from"] = made->box_from;
+  }
   fmt::print("{}\n", json.dump(1));
   return 0;
 }

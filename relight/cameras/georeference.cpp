@@ -272,6 +272,21 @@ class Problem {
     return std::atan2(along.x(), along.y());
   }
 
+  // How far that turns when each of its pixels is a pixel off, to both sides.
+  double ShadowClickError_rad(const Eigen::Matrix3d& rotation) const {
+    const auto azimuth = ShadowAzimuth(rotation);
+    double squares = 0;
+    for (int number = 0; number < 4; ++number) {
+      Problem moved = *this;
+      KnownShadow& shadow = *moved.given_.shadow;
+      (number < 2 ? shadow.foot_px : shadow.tip_px)[number % 2] += 1;
+      const auto then = moved.ShadowAzimuth(rotation);
+      const double by = azimuth && then ? WrapPi(*then - *azimuth) : std::numbers::pi;
+      squares += by * by;
+    }
+    return std::min(std::sqrt(squares), std::numbers::pi);
+  }
+
   Eigen::Vector3d CenterOf(const Similarity& s) const {
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& position : position_) center += s(position);
@@ -595,21 +610,49 @@ Georeference FindGeoreference(const CalibratedScene& scene,
                    : places >= 3 ? "cameras held level and GPS heights"
                                  : "cameras held level";
 
+  if (given.shadow) {
+    if (!problem.ShadowAzimuth(s.rotation)) {
+      throw InputError(given.shadow->view +
+                       ": foot or tip of --north-from-shadow is above the horizon, where "
+                       "no ground is; give two pixels of a shadow on level ground, or "
+                       "mend --up");
+    }
+    if (!baseline) {
+      result.north_error_rad =
+          std::hypot(result.north_error_rad, problem.ShadowClickError_rad(s.rotation));
+    }
+  }
+
   // What nothing tells
   constexpr double kUnknownNorth_rad = 25 * kRadPerDeg, kUnknownScale = 0.35;
   std::string missing;
+  const bool has_places =
+      std::any_of(problem.gps().begin(), problem.gps().end(), [](const auto& place) {
+        return place.has_value();
+      });
   const bool north_unknown = north.empty() || result.north_error_rad > kUnknownNorth_rad;
   const bool scale_unknown = scale.empty() || result.scale_error > kUnknownScale;
   if (!keeps && north_unknown) {
-    missing +=
-        "\n  which way is north: no compass in the photos, and their places lie too "
-        "close "
-        "together; give --heading VIEW=DEG, or --north-from-shadow VIEW x1,y1 x2,y2";
+    missing += "\n  which way is north: ";
+    if (given.shadow) {
+      std::ostringstream within;
+      within.precision(2);
+      within << DegFromRad(result.north_error_rad);
+      missing += "a pixel at foot or tip of the shadow turns it by " + within.str() +
+                 " deg; give a longer shadow, or --heading VIEW=DEG";
+    } else {
+      missing += has_places
+                     ? "no compass in the photos, and their places lie too close together"
+                     : "no photo has a compass or a place";
+      missing += "; give --heading VIEW=DEG, or --north-from-shadow VIEW x1,y1 x2,y2";
+    }
   }
   if (!keeps && scale_unknown) {
+    missing += "\n  how large it is: ";
+    missing += has_places ? "the photos' places lie too close together for their error"
+                          : "no photo has a place";
     missing +=
-        "\n  how large it is: the photos' places lie too close together for their error; "
-        "give --scale-from VIEW VIEW LENGTH_m, the distance of two of the cameras";
+        "; give --scale-from VIEW VIEW LENGTH_m, the distance of two of the cameras";
   }
   if (!missing.empty()) {
     throw InputError("the cameras cannot be put on the Earth yet" + missing +

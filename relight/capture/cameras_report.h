@@ -2,8 +2,9 @@
 #pragma once
 
 // One HTML page, in one file, to judge a capture's cameras by: how its frame is known, a
-// map from above with the sun at capture, what is left over of GPS and compasses, and
-// each photo with horizon, north, ground and shadow drawn on it.
+// sheet of all photos with what became of each, a map from above with the sun at capture,
+// what is left over of GPS and compasses, and each photo with horizon, north, ground and
+// shadow drawn on it.
 
 #include "relight/base/progress.h"
 #include "relight/capture/capture_cameras.h"

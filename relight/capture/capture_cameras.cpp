@@ -330,6 +330,10 @@ GivenFrame GivenBy(const CamerasRequest& request,
     const double length_m = Numbers(
         request.scale_from.at(2), 1, "scale-from ends with a length in metres")[0];
     if (!(length_m > 0)) throw OptionError("scale-from needs a length above 0 m");
+    if (request.scale_from.at(0) == request.scale_from.at(1)) {
+      throw OptionError("scale-from needs two views, got " + request.scale_from.at(0) +
+                        " twice");
+    }
     given.distance = {request.scale_from.at(0), request.scale_from.at(1), length_m};
   }
   if (!request.north_from_shadow.empty()) {

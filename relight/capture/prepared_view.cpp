@@ -312,7 +312,8 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
     ++done;
   }
   if (VolumeIsStale(capture, records, options, force)) {
-    const OpacitySummary summary = MakeVolume(capture, records, options, begin("volume"));
+    const OpacitySummary summary =
+        MakeVolume(capture, records, options, begin("volume")).summary;
     if (summary.residual_rms > 0.35) {
       view.notes.push_back(
           "the volume fits its mattes badly (rms " +

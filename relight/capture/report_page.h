@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include <string>
+#include <vector>
 
 namespace relight {
 
@@ -23,7 +24,15 @@ std::string ReportFigure(const std::string& id,
                          const std::string& caption,
                          const cv::Mat3b& picture);
 
-// "%.*f".
+// A small picture for a contact sheet that leads to the figure of that id; without one
+// when it is empty. Each line in plain text; `is_off`: the last is a warning.
+std::string ReportThumbnail(const std::string& figure_id,
+                            const std::string& alt,
+                            const std::vector<std::string>& lines,
+                            bool is_off,
+                            const cv::Mat3b& picture);
+
+// "%.*f", and never "-0.0".
 std::string Fixed(double value, int digits);
 
 }  // namespace relight

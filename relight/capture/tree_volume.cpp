@@ -3,8 +3,10 @@
 
 #include "relight/base/error.h"
 #include "relight/base/version.h"
+#include "relight/capture/capture_cameras.h"
 #include "relight/capture/capture_folder.h"
 #include "relight/capture/view_matte.h"
+#include "relight/volume/point_bounds.h"
 #include "relight/volume/vdb_file.h"
 #include "relight/volume/visual_hull.h"
 
@@ -12,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 namespace relight {
 namespace fs = std::filesystem;
@@ -22,12 +25,31 @@ constexpr const char* kLightStage = "light";
 const fs::path kVolumeFile = "volume.vdb";
 const fs::path kLightFile = fs::path("cache") / "light.vdb";
 
+// Whether it has more lines than those of its head.
+bool HoldsPoints(const fs::path& points_txt) {
+  std::ifstream in(points_txt);
+  std::string line;
+  while (std::getline(in, line)) {
+    if (!line.empty() && line.front() != '#') return true;
+  }
+  return false;
+}
+
+std::vector<Eigen::Vector3d> PointsOf(const Capture& capture) {
+  std::vector<Eigen::Vector3d> points;
+  for (const ScenePoint& point : SceneOf(capture).points)
+    points.push_back(point.position);
+  return points;
+}
+
 std::string VolumeKey(const Capture& capture, const CaptureOptions& options) {
   StageKey key("volume 2");
   key.Add(FieldsText(options.volume));
   if (!options.box.box.empty()) key.Add(options.box.box);
   key.AddFile(capture.folder / "cameras" / "cameras.txt");
   key.AddFile(capture.folder / "cameras" / "images.txt");
+  const fs::path points = capture.folder / "cameras" / "points3D.txt";
+  if (HoldsPoints(points)) key.AddFile(points);
   for (const auto& [name, camera] : VolumeCamerasOf(capture, options)) {
     const auto matte = FileOfView(capture, "mattes", name);
     key.Add(name).AddFile(matte ? *matte : capture.PhotoOf(FindView(capture, name)));
@@ -43,17 +65,42 @@ std::string LightKey(const Capture& capture, const CaptureOptions& options) {
   return key.Hash();
 }
 
-// The volume within the mattes' hull, or within what the user's box has of it.
-OpacityEstimate EstimateWithin(std::span<const MatteView> views,
-                               const CaptureOptions& options,
-                               const Progress& progress) {
+struct Estimate {
+  OpacityEstimate volume;
+  std::string box_from;
+};
+
+// "the mattes; south, east within 812 sparse points of the tree".
+std::string BoxFrom(const CutBox& cut, std::size_t points, bool are_central) {
+  std::string from = "the mattes";
+  const std::string of_tree = std::to_string(points) + " sparse points of the tree";
+  if (are_central) from += ", around the middle of " + of_tree;
+  if (cut.sides.empty()) return from;
+  std::string sides;
+  for (const std::string& side : cut.sides) sides += (sides.empty() ? "" : ", ") + side;
+  return from + "; " + sides + " cut to " + of_tree;
+}
+
+// The volume within the mattes' hull, cut where sparse points end before it; or within
+// what the user's box has of the hull.
+Estimate EstimateWithin(const Capture& capture,
+                        std::span<const MatteView> views,
+                        const CaptureOptions& options,
+                        const Progress& progress) {
   const std::string& given = options.box.box;
   VoxelBox within{{}, options.volume.cells};
   if (!given.empty()) within.bounds = BoxFromText(given);
-  const Eigen::AlignedBox3d hull = HullBounds(
-      views, {.kth_smallest = options.volume.kth_smallest}, progress.Part(0, 0.05));
+  const std::vector<Eigen::Vector3d> points = PointsOfTree(views, PointsOf(capture));
+  HullOptions hull_options{.kth_smallest = options.volume.kth_smallest};
+  const bool are_central = !points.empty() && IsDepthOpen(views);
+  if (are_central) hull_options.middle = MiddleOf(points);
+  const Eigen::AlignedBox3d hull =
+      HullBounds(views, hull_options, progress.Part(0, 0.04));
+  std::string box_from = "--box";
   if (given.empty()) {
-    within.bounds = hull;
+    const CutBox cut = CutToPoints(hull, points, views, progress.Part(0.04, 0.05));
+    within.bounds = cut.bounds;
+    box_from = BoxFrom(cut, points.size(), are_central);
   } else {
     within = PartWithin(within.bounds, within.cells, hull);
   }
@@ -66,7 +113,8 @@ OpacityEstimate EstimateWithin(std::span<const MatteView> views,
   }
   OpacityOptions volume = options.volume;
   volume.cells = within.cells;
-  return EstimateOpacity(views, within.bounds, volume, progress.Part(0.05, 1));
+  return {EstimateOpacity(views, within.bounds, volume, progress.Part(0.05, 1)),
+          box_from};
 }
 
 bool IsStale(StageRecords::State state) {
@@ -170,12 +218,12 @@ bool LightIsStale(const Capture& capture,
          StageRecords::State::kUpToDate;
 }
 
-OpacitySummary MakeVolume(const Capture& capture,
-                          StageRecords& records,
-                          const CaptureOptions& options,
-                          const Progress& progress) {
+MadeVolume MakeVolume(const Capture& capture,
+                      StageRecords& records,
+                      const CaptureOptions& options,
+                      const Progress& progress) {
   const std::vector<MatteView> views = MatteViewsOf(capture, options);
-  const OpacityEstimate estimate = EstimateWithin(views, options, progress);
+  const auto [estimate, box_from] = EstimateWithin(capture, views, options, progress);
   std::string names, objective;
   for (const MatteView& view : views) names += (names.empty() ? "" : ", ") + view.name;
   for (const double value : estimate.summary.objective) {
@@ -189,11 +237,12 @@ OpacitySummary MakeVolume(const Capture& capture,
                {"frame", "east, north, up; metres"},
                {"inputs", key},
                {"views", names},
+               {"box_from", box_from},
                {"residual_rms", FieldText(estimate.summary.residual_rms)},
                {"hidden_voxels", std::to_string(estimate.summary.hidden_voxels)},
                {"objective", objective}});
   records.Remember(kVolumeStage, key, {kVolumeFile});
-  return estimate.summary;
+  return {estimate.summary, box_from};
 }
 
 HeldOut JudgeVolume(const Capture& capture,
@@ -213,7 +262,7 @@ HeldOut JudgeVolume(const Capture& capture,
   }
   const MatteView held = *out;
   views.erase(out);
-  OpacityEstimate estimate = EstimateWithin(views, options, progress);
+  OpacityEstimate estimate = EstimateWithin(capture, views, options, progress).volume;
   HeldOut judged{MatteRmse(estimate.grid, held), 0.0, std::move(estimate.summary)};
   for (const MatteView& view : views) {
     judged.rmse_used +=

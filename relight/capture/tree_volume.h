@@ -59,11 +59,17 @@ bool LightIsStale(const Capture& capture,
                   const CaptureOptions& options,
                   bool force);
 
-// Makes volume.vdb. Mattes have to be there. Throws as EstimateOpacity does.
-OpacitySummary MakeVolume(const Capture& capture,
-                          StageRecords& records,
-                          const CaptureOptions& options,
-                          const Progress& progress);
+// Makes volume.vdb. Mattes have to be there. Its box is --box, or as the mattes show the
+// tree, helped by the sparse points of cameras/ (point_bounds.h). Throws as
+// EstimateOpacity does.
+struct MadeVolume {
+  OpacitySummary summary;
+  std::string box_from;  // In words: "--box", "the mattes".
+};
+MadeVolume MakeVolume(const Capture& capture,
+                      StageRecords& records,
+                      const CaptureOptions& options,
+                      const Progress& progress);
 
 // A volume made from all views but one, judged by that one's matte (MatteRmse). The
 // capture's own volume stays as it is. Throws InputError when there is no such view among

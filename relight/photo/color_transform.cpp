@@ -3,6 +3,7 @@
 
 #include "relight/base/error.h"
 #include "relight/photo/color.h"
+#include "relight/photo/icc_profile.h"
 #include "relight_ocio.h"
 
 #include <OpenColorIO/OpenColorIO.h>
@@ -123,11 +124,12 @@ std::string OwnSpaceOf(const FileColorHints& hints, std::vector<std::string>& no
     return kLinearRec709;
   }
   const std::string& icc = hints.icc_description;
-  if (icc.empty() || icc.find("sRGB") != std::string::npos) return kSrgb;
+  if (icc.empty() && hints.icc_profile.empty()) return kSrgb;
+  if (icc.find("sRGB") != std::string::npos) return kSrgb;
   if (icc.find("Display P3") != std::string::npos) return "Display P3";
   if (icc.find("Adobe RGB") != std::string::npos) return "Adobe RGB (1998)";
-  notes.push_back("Its colour profile \"" + icc +
-                  "\" is none that relight knows; the colours are taken as sRGB. "
+  notes.push_back("Its colour profile " + (icc.empty() ? "" : "\"" + icc + "\" ") +
+                  "is none that relight knows; the colours are taken as sRGB. "
                   "Give --color-space if they are not.");
   return kSrgb;
 }
@@ -146,12 +148,40 @@ ColorTransform OwnTransform(const std::string& space) {
   return FromProcessor(OwnConfig()->getProcessor(space.c_str(), ocio::ROLE_SCENE_LINEAR));
 }
 
+// By the profile's own curves and primaries.
+ColorTransform ProfileTransform(const IccProfile& profile) {
+  ColorTransform transform;
+  transform.mixes_channels = true;
+  transform.apply = [profile](float* rgb, std::size_t pixels) {
+    for (std::size_t i = 0; i < pixels; ++i, rgb += 3) {
+      std::array<double, 3> linear{};
+      for (int c = 0; c < 3; ++c)
+        linear[static_cast<std::size_t>(c)] = profile.Linear(c, rgb[c]);
+      for (std::size_t row = 0; row < 3; ++row) {
+        const std::array<double, 3>& m = profile.rec709_from_rgb[row];
+        rgb[row] =
+            static_cast<float>(m[0] * linear[0] + m[1] * linear[1] + m[2] * linear[2]);
+      }
+    }
+  };
+  return transform;
+}
+
+// The profile that a display-encoded file brings, when it is other than sRGB.
+std::optional<IccProfile> ProfileOf(const FileColorHints& hints) {
+  if (hints.scene_linear || hints.icc_profile.empty()) return std::nullopt;
+  return ReadIccProfile(hints.icc_profile);
+}
+
 }  // namespace
 
 ColorTransform SceneLinearFromFile(const FileColorHints& hints,
                                    const std::optional<std::string>& chosen_space) {
   const std::string path = GivenConfigPath();
   if (path.empty() || hints.developed_raw) {
+    if (const auto profile = ProfileOf(hints); profile && !chosen_space) {
+      return profile->IsSrgb() ? OwnTransform(kSrgb) : ProfileTransform(*profile);
+    }
     std::vector<std::string> notes;
     const std::string space = chosen_space && !hints.developed_raw
                                   ? CheckedSpace(OwnConfig(), *chosen_space)

@@ -13,10 +13,11 @@ namespace relight {
 
 // What the file itself says of its numbers.
 struct FileColorHints {
-  std::string file_name;       // For the file rules of a config.
-  bool scene_linear = false;   // Float samples; for RAW, developed to linear Rec.709.
-  bool developed_raw = false;  // By us, so no rule of a config applies.
-  std::string icc_description = {};         // Of an embedded profile; empty without one.
+  std::string file_name;         // For the file rules of a config.
+  bool scene_linear = false;     // Float samples; for RAW, developed to linear Rec.709.
+  bool developed_raw = false;    // By us, so no rule of a config applies.
+  std::string icc_profile = {};  // The embedded one; empty without one.
+  std::string icc_description = {};         // Of it, or of the colours that a HEIC names.
   std::vector<double> chromaticities = {};  // Of an EXR: xy of R, G, B, white; or empty.
 };
 

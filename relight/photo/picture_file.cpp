@@ -168,6 +168,8 @@ void AddHeifMetadata(const fs::path& path, OIIO::ImageSpec& spec) {
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(metadata.icc.data());
     const auto size = static_cast<Bytes::size_type>(metadata.icc.size());
     OIIO::decode_icc_profile(Bytes(bytes, size), spec, error);
+    const auto count = static_cast<int>(metadata.icc.size());
+    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, count), bytes);
   } else if (metadata.primaries == kDisplayP3) {
     spec.attribute(kProfile, "Display P3");
   }
@@ -267,6 +269,13 @@ std::optional<std::string> PictureFile::Text(const std::string& name) const {
   const OIIO::ParamValue* found = input_->spec.find_attribute(name);
   if (found == nullptr || found->type() != OIIO::TypeString) return std::nullopt;
   return found->get_string();
+}
+
+std::string PictureFile::Bytes(const std::string& name) const {
+  const OIIO::ParamValue* found = input_->spec.find_attribute(name);
+  if (found == nullptr || found->type().basetype != OIIO::TypeDesc::UINT8) return {};
+  return {static_cast<const char*>(found->data()),
+          static_cast<std::size_t>(found->datasize())};
 }
 
 std::vector<double> PictureFile::Numbers(const std::string& name) const {

@@ -47,6 +47,7 @@ class PictureFile {
   // Metadata by OpenImageIO's names; nothing when absent or of another kind.
   std::optional<std::string> Text(const std::string& name) const;
   std::vector<double> Numbers(const std::string& name) const;
+  std::string Bytes(const std::string& name) const;  // "ICCProfile"; empty when absent.
   std::vector<std::string> TextNames() const;
 
   // Throws InputError for sizes no photo has: 0, or more than 1e9 pixels.

@@ -171,6 +171,7 @@ Photo ReadPhoto(const std::filesystem::path& path,
       {.file_name = path.string(),
        .scene_linear = raw || file.depth() == CV_32F,
        .developed_raw = raw,
+       .icc_profile = file.Bytes("ICCProfile"),
        .icc_description = file.Text("ICCProfile:profile_description").value_or(""),
        .chromaticities = file.format() == PictureFormat::kExr
                              ? file.Numbers("chromaticities")

@@ -9,9 +9,9 @@
 // says. Grey becomes RGB.
 //
 // Colour: by the config that the environment variable OCIO names, with that config's
-// rules for files; without one, sRGB for integer samples (Display P3 and Adobe RGB when
-// the embedded profile says so) and linear Rec.709 for floats and RAW. The notes of the
-// photo say what was taken when it is not this default.
+// rules for files; without one, as the embedded profile says (icc_profile.h), else sRGB
+// for integer samples and linear Rec.709 for floats and RAW. The notes of the photo say
+// what was taken when it is none of these, or when its profile cannot be read.
 //
 // Alpha: an EXR is premultiplied on disk, a PNG straight, a TIFF either and says so.
 // Where a premultiplied alpha is 0 the colour is lost, and black here.

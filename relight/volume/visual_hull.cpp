@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "relight/volume/visual_hull.h"
 
+#include "relight/base/angles.h"
 #include "relight/base/error.h"
 #include "relight/cameras/number_text.h"
 #include "relight/volume/extinction_grid.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -41,26 +43,46 @@ Outline OutlineOf(const MatteView& view) {
           std::hypot(right - left + 1, bottom - top + 1) / 2};
 }
 
-// The sphere around the point nearest to the central rays:
-// minimise sum_v |(I - d d^T)(p - c)|^2.
-std::pair<Eigen::Vector3d, double> RoughSphere(std::span<const MatteView> views) {
+// The point nearest to the central rays: minimise sum_v |(I - d d^T)(p - c)|^2.
+struct Crossing {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
-  std::vector<Outline> outlines;
-  for (const MatteView& view : views) {
-    outlines.push_back(OutlineOf(view));
-    const Eigen::Vector3d d = view.camera.RayInWorld(outlines.back().center_px);
+  // The least eigenvalue over the views: half the angle between the rays, squared, when
+  // it is small.
+  double openness = 0;
+};
+
+Crossing CrossingOf(std::span<const MatteView> views, std::span<const Outline> outlines) {
+  Crossing crossing;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Eigen::Vector3d d = views[v].camera.RayInWorld(outlines[v].center_px);
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - d * d.transpose();
-    normal += across;
-    right_side += across * view.camera.PositionInWorld();
+    crossing.normal += across;
+    crossing.right_side += across * views[v].camera.PositionInWorld();
   }
-  if (normal.determinant() < 1e-6) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(crossing.normal);
+  crossing.openness = solver.eigenvalues()[0] / static_cast<double>(views.size());
+  return crossing;
+}
+
+std::vector<Outline> OutlinesOf(std::span<const MatteView> views) {
+  std::vector<Outline> outlines;
+  for (const MatteView& view : views) outlines.push_back(OutlineOf(view));
+  return outlines;
+}
+
+// The sphere that the outlines leave around `middle`, else around the crossing.
+std::pair<Eigen::Vector3d, double> RoughSphere(
+    std::span<const MatteView> views, const std::optional<Eigen::Vector3d>& middle) {
+  const std::vector<Outline> outlines = OutlinesOf(views);
+  const Crossing crossing = CrossingOf(views, outlines);
+  if (!middle && crossing.normal.determinant() < 1e-6) {
     throw InputError(
         "the photos all look the same way, so that the tree's depth is unknown; add "
-        "photos from "
-        "other sides");
+        "photos from other sides");
   }
-  const Eigen::Vector3d center = normal.inverse() * right_side;
+  const Eigen::Vector3d center =
+      middle ? *middle : Eigen::Vector3d(crossing.normal.inverse() * crossing.right_side);
   double radius_m = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const double distance_m = (center - views[v].camera.PositionInWorld()).norm();
@@ -86,12 +108,17 @@ std::string CornersText(const Eigen::AlignedBox3d& box) {
 
 }  // namespace
 
+bool IsDepthOpen(std::span<const MatteView> views) {
+  constexpr double kHalfAngle_rad = 3 * kRadPerDeg;
+  return CrossingOf(views, OutlinesOf(views)).openness < kHalfAngle_rad * kHalfAngle_rad;
+}
+
 Eigen::AlignedBox3d HullBounds(std::span<const MatteView> views,
                                const HullOptions& options,
                                const Progress& progress) {
   if (views.size() < 2) throw InputError("a visual hull needs two views or more");
   RequireUsable(views);
-  const auto [center, radius_m] = RoughSphere(views);
+  const auto [center, radius_m] = RoughSphere(views, options.middle);
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(1.2 * radius_m);
   Eigen::AlignedBox3d box(center - reach, center + reach);
   constexpr int kPasses = 3, kCells = 64;

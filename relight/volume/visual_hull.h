@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -32,11 +33,18 @@ void Describe(VolumeBoxOptions& o, Visitor&& field) {
 struct HullOptions {
   int kth_smallest = 1;       // k - 1 mattes may miss a part (footprint_opacity.h).
   double least_alpha = 0.02;  // Footprints below are empty.
+  // Of the tree, where the mattes leave it open (IsDepthOpen); unset: as they show it.
+  std::optional<Eigen::Vector3d> middle = {};
 };
+
+// Whether the rays through the mattes' centres cross within 6 degrees or so, which hardly
+// tells how far away the tree is. Throws InputError when a matte is empty.
+bool IsDepthOpen(std::span<const MatteView> views);
 
 // Box in the world of the voxels whose k-th smallest footprint is at least `least_alpha`,
 // found coarse to fine, grown by one fine voxel. Starts from the sphere that the mattes'
-// outlines leave around the point nearest to the rays through their centres.
+// outlines leave around the point nearest to the rays through their centres, or around
+// options.middle.
 // Throws InputError with the remedy when a matte is empty or no voxel remains.
 Eigen::AlignedBox3d HullBounds(std::span<const MatteView> views,
                                const HullOptions& options = {},

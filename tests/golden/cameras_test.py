@@ -3,17 +3,21 @@
 """`relight cameras` from outside: COLMAP on real photographs ($RELIGHT_SHARED/data/photos,
 skipped when they or COLMAP are not there), import, export, where on Earth, and what is said
 when something is missing."""
+import html
 import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
 import time
 import unittest
+import urllib.parse
 
-from relight_runner import PROGRAM, SAMPLE, SHARED, RelightCase, relight
+from one_photo_test import TrueCamera, sun_direction
+from relight_runner import PROGRAM, SAMPLE, SHARED, RelightCase, relight, with_exif
 
 PHOTOS = SHARED / "data" / "photos"
 HAS_COLMAP = shutil.which("colmap") is not None
@@ -291,6 +295,148 @@ class Cameras(RelightCase):
         self.refused("cameras", bare, "--force", env=no_colmap,
                      names=["COLMAP is not installed"])
 
+    def test_the_report_shows_every_photo_the_map_and_the_sun(self):
+        # One photo without a camera, one with a compass that is wrong, one from no zone
+        photos = self.folder / "photos"
+        photos.mkdir()
+        for i, photo in enumerate(sorted((SAMPLE / "photos").iterdir())):
+            if i not in (4, 5, 7):
+                shutil.copy(photo, photos)
+        headings = {v["view"]: v["heading_deg"] for v in self.done(
+            "cameras", self.capture, "--import", self.model, "--json").json["views"]}
+        said = {"time": "2011:07:22 13:01:20", "place": (40.35, -74.65)}
+        with_exif(SAMPLE / "photos" / "view_04.jpg", photos / "view_04.jpg", offset="-04:00",
+                  heading=(headings["view_04"] + 100) % 360, **{**said, "place": None})
+        with_exif(SAMPLE / "photos" / "view_05.jpg", photos / "view_05.jpg", **{
+            **said, "time": "2011:07:22 13:01:40", "place": None})
+        with_exif(SAMPLE / "photos" / "view_07.jpg", photos / "a & <b> 50%.jpg",
+                  offset="-04:00", heading=123, **said)
+        capture = self.folder / "shown"
+        self.done("init", capture, photos)
+        done = self.done("cameras", capture, "--import", self.model, "--matching-only",
+                         "--report", "--json")
+        report = pathlib.Path(done.json["report"])
+        page = report.read_text()
+        for outside in ("http", "src=\"/", "<link", "@import"):
+            self.assertNotIn(outside, page)
+
+        # The sheet: name, time, heading and fate of all, each a way to its overlay
+        sheet = page[page.index("Contact sheet"):page.index("From above")]
+        cells = {}
+        for tag, href, rest in re.findall(
+                r'<(a|div) class="thumb"(?: href="#([^"]*)")?>(.*?)</\1>', sheet, re.S):
+            lines = [html.unescape(t) for t in re.findall(r">([^<>]+)</(?:b|span)>", rest)]
+            cells[lines[0]] = (urllib.parse.unquote(href), lines[1:], rest)
+        self.assertEqual(len(cells), 12)
+        figures = re.findall(r'<figure id="([^"]*)">', page)
+        self.assertEqual(len(figures), 11)
+        for view, heading in headings.items():
+            if view == "view_07":
+                continue
+            href, (when, looks, fate), rest = cells[view]
+            self.assertEqual((href, href in figures), (view, True))
+            self.assertRegex(when, "^2011-07-22T13:0")
+            self.assertEqual(when.endswith("of an unknown zone"), view == "view_05")
+            self.assertEqual(looks, f"looks to {heading:.0f}°")
+            self.assertIn("the volume is made from it", fate)
+            self.assertEqual("compass is left out" in fate, view == "view_04")
+            self.assertIn("data:image/jpeg;base64,/9j/", rest)
+        href, lines, rest = cells["a & <b> 50%"]
+        self.assertEqual((href, lines[1:]), ("", ["compass 123°", "no camera: left out"]))
+        self.assertIn('class="off"', rest)
+        self.assertIn("data:image/jpeg;base64,/9j/", rest)
+
+        # The map: each camera where it is and which way it looks, the sun from its side
+        svg = page[page.index("<svg"):page.index("</svg>")]
+        self.assertIn(">N</text>", svg)
+        foot = re.search(r'cx="([\d.]+)" cy="([\d.]+)" r="7"', svg)
+        foot = [float(x) for x in foot.groups()]
+        wedges = re.findall(r'd="M([\d.]+),([\d.]+)L([\d.]+),([\d.]+)L([\d.]+),([\d.]+)Z".*?'
+                            r'<text[^>]*>([^<]*) (\d+)°<', svg)
+        self.assertEqual(len(wedges), 11)
+        places = {v["view"]: v["position_m"] for v in done.json["views"]}
+        for *numbers, view, heading in wedges:
+            x, y, left, top, right, bottom = map(float, numbers)
+            self.assertLess(abs(float(heading) - headings[view]), 0.51)
+            self.assertAzimuth(headings[view], (left + right) / 2 - x, (top + bottom) / 2 - y, 1)
+            east, north, _ = places[view]
+            self.assertAzimuth(math.degrees(math.atan2(east, north)), x - foot[0], y - foot[1], 1)
+        sun = re.search(r'cx="([\d.]+)" cy="([\d.]+)" r="11"', svg)
+        x, y = (float(a) - b for a, b in zip(sun.groups(), foot))
+        sky = self.done("sky", "--place", "40.35,-74.65", "--taken", "2011-07-22T13:00-04:00",
+                        "--json").json
+        self.assertAzimuth(sky["sun_azimuth_deg"], x, y, 0.5)
+
+        # What is left over, of GPS and compasses
+        table = page[page.index("What is left over"):page.index("<h2>Photos")]
+        self.assertIn("GPS, m off", table)
+        self.assertRegex(table, r'<td>view_04</td><td></td><td class="off">-?100.0, left out<')
+        self.assertNotIn("-0.0", table)
+
+    def test_a_report_says_when_there_is_no_sun_and_no_photo(self):
+        for photo in (SAMPLE / "photos").iterdir():
+            (self.folder / photo.name).write_bytes(without_exif(photo.read_bytes()))
+        bare = self.folder / "bare"
+        self.done("init", bare, *sorted(self.folder.glob("view_*.jpg")))
+        self.done("cameras", bare, "--import", self.model, "--report")
+        page = (bare / "cameras" / "report.html").read_text()
+        self.assertIn("the sun is not drawn", page)
+        self.assertIn("neither GPS nor a compass", page)
+        self.assertNotIn('r="11"', page)
+        # A photo that is gone: the page says so in its place
+        (bare / "photos" / "view_03.jpg").unlink()
+        page = pathlib.Path(self.done("cameras", bare, "--report").out.strip()).read_text()
+        self.assertIn("view_03.jpg: no such file", page)
+        self.assertEqual(page.count("<figure id="), 11)
+
+    def test_a_shadow_tells_north_and_how_well(self):
+        # Photos that say nothing, and a model that is turned by 50 degrees
+        for photo in (SAMPLE / "photos").iterdir():
+            (self.folder / photo.name).write_bytes(without_exif(photo.read_bytes()))
+        bare = self.folder / "bare"
+        self.done("init", bare, *sorted(self.folder.glob("view_*.jpg")))
+        before = self.done("cameras", bare, "--import", self.model, "--json").json
+        true = {view["view"]: view["heading_deg"] for view in before["views"]}
+        ends = math.dist(*(before["views"][i]["position_m"] for i in (0, 6)))
+        self.done("cameras", bare, "--heading", f"view_00={(true['view_00'] + 50) % 360:.4f}")
+        self.done("cameras", bare, "--export", "colmap", self.folder / "turned")
+        shutil.rmtree(bare / "cameras")
+        turned = ("cameras", bare, "--import", self.folder / "turned", "--up", "0,0,1")
+        message = self.refused(*turned, names=["no photo has a compass or a place", "--heading",
+                                               "no photo has a place", "--scale-from"])
+        self.assertNotIn("too close", message)
+
+        # A pole of 9 m stands at (2, 1); its shadow as view_03 sees it
+        shadow = ("--scale-from", "view_00", "view_06", f"{ends:.4f}", "--north-from-shadow",
+                  "view_03")
+        self.refused(*turned, *shadow, "200,500", "160,500",
+                     names=["view_03.jpg", "no time or no place", "taken", "place"])
+        toml = bare / "capture.toml"
+        toml.write_text('place = "40.35,-74.65"\ntaken = "2011-07-22T13:00-04:00"\n' +
+                        toml.read_text())
+        camera = TrueCamera(self.model, "view_03")
+        sun = sun_direction(176.5537, 69.8635)
+        foot = (2.0, 1.0, 0.0)
+        tip = (foot[0] - 9 * sun[0] / sun[2], foot[1] - 9 * sun[1] / sun[2], 0.0)
+        pixels = ["{:.2f},{:.2f}".format(*camera.pixel(p)) for p in (foot, tip)]
+        found = self.done(*turned, *shadow, *pixels, "--json").json
+        self.assertEqual(found["north"]["from"], "the shadow and the time")
+        for view in found["views"]:
+            apart = (view["heading_deg"] - true[view["view"]] + 180) % 360 - 180
+            self.assertLess(abs(apart), 0.5)  # Pixels are given to two digits
+        self.assertGreater(found["north"]["error_deg"], 2)  # A pixel turns it by as much
+        self.assertLess(found["north"]["error_deg"], 20)
+
+        # What tells nothing is no north
+        self.refused(*turned, *shadow, pixels[0], f"{float(pixels[0].split(',')[0]) + 1},503",
+                     names=["a longer shadow"])
+        self.refused(*turned, *shadow, pixels[0], "160,20", names=["view_03", "above the horizon"])
+
+    def assertAzimuth(self, azimuth_deg, right, down, delta_deg):
+        """Of a line on a map with north up."""
+        apart = (math.degrees(math.atan2(right, -down)) - azimuth_deg + 180) % 360 - 180
+        self.assertLess(abs(apart), delta_deg)
+
     def test_exports_come_back(self):
         self.done("cameras", self.capture, "--import", "colmap", self.model, "--keep-frame")
         kept = positions(self.capture / "cameras" / "images.txt")
@@ -310,6 +456,8 @@ class Cameras(RelightCase):
         self.refused(*given, "--scale-from", "view_00", "view_01", "-3", code=2,
                      names=["above 0 m"])
         self.refused(*given, "--scale-from", "view_00", "view_99", "3", names=["view_99"])
+        self.refused(*given, "--scale-from", "view_01", "view_01", "3", code=2,
+                     names=["two views", "view_01"])
         self.refused(*given, "--heading", "view_00=upwards", code=2, names=["upwards"])
         self.refused(*given, "--north-from-shadow", "view_00", "1,2", "3", code=2,
                      names=["x1,y1"])

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A stage runs when something it depends on has changed, known by content and not by time; and
 what a person changed by hand is used as it is."""
+import math
 import os
+import shutil
 import unittest
 
-from relight_runner import (VIEWS, Png, RelightCase, made_capture, small_capture, write_png)
+from relight_runner import (SAMPLE, VIEWS, Png, RelightCase, made_capture, small_capture, write_png)
 
 
 class Stages(RelightCase):
@@ -98,6 +100,46 @@ class Stages(RelightCase):
                      names=["box", "X,Y,Z,X,Y,Z"])
         self.refused("volume", self.capture, "--box", "100,100,0,101,101,9",
                      names=["nothing of the tree", "--box"])
+
+    def test_sparse_points_end_a_box_that_the_mattes_leave_open(self):
+        # Three neighbours see no depth: the hull runs on towards them
+        capture = self.folder / "side"
+        views = ["view_11", "view_00", "view_01"]
+        self.done("init", capture, *(SAMPLE / "photos" / f"{view}.jpg" for view in views))
+        self.done("cameras", capture, "--import", SAMPLE / "cameras", "--matching-only")
+        (capture / "trimaps").mkdir(exist_ok=True)
+        for view in views:
+            shutil.copy(SAMPLE / "trimaps" / f"{view}.png", capture / "trimaps")
+        volume = ("volume", capture, "--cells", "24", "--iterations", "1")
+        by_mattes = self.done(*volume, "--json").json
+        self.assertEqual(by_mattes["box_from"], "the mattes")
+        low, high = by_mattes["box_m"][:3], by_mattes["box_m"][3:]
+
+        # Points on the front of a crown as deep as it is wide; most are between leaves
+        radius = (high[0] - low[0]) / 2
+        middle = ((low[0] + high[0]) / 2, 0, (low[2] + high[2]) / 2)
+        tall = (high[2] - low[2]) / 2
+        points = []
+        for i in range(20000):
+            around, up = 2.4 * i, -0.95 + 1.9 * (i + 0.5) / 20000  # Evenly
+            flat = math.sqrt(1 - up * up)
+            x, y = flat * math.sin(around), -abs(flat * math.cos(around))
+            at = (middle[0] + 0.9 * radius * x, 0.9 * radius * y, middle[2] + 0.9 * tall * up)
+            points.append(f"{i + 1} {at[0]} {at[1]} {at[2]} 90 120 60 0\n")
+        (capture / "cameras" / "points3D.txt").write_text("".join(points))
+        done = self.done(*volume)
+        self.assertRegex(done.err, r"the box is from the mattes; south cut to \d+ sparse points")
+        by_points = self.done(*volume, "--force", "--json").json
+        self.assertGreater(by_points["box_m"][1], low[1] + 0.3)
+        self.assertLess(by_points["box_m"][1], -0.9 * radius)
+        for side in (0, 2, 3, 4, 5):  # The voxels differ in size
+            self.assertAlmostEqual(by_points["box_m"][side], by_mattes["box_m"][side],
+                                   delta=2 * by_mattes["cell_m"])
+
+        # One's own goes before both
+        own = self.done(*volume, "--box", ",".join(map(str, [*low, *high])), "--json").json
+        self.assertEqual(own["box_from"], "--box")
+        self.assertAlmostEqual(own["box_m"][1], low[1], delta=by_mattes["cell_m"])
 
     def test_options_of_the_volume_and_of_its_light(self):
         self.assertEqual(self.stages("--cells", "28"), ["volume", "light", "relight"])

@@ -14,9 +14,7 @@ namespace relight {
 namespace {
 
 std::string Big(std::uint64_t value, unsigned bytes) {
-  std::string out;
-  for (unsigned i = bytes; i-- > 0;) out += static_cast<char>(value >> (8 * i) & 0xFF);
-  return out;
+  return tests::BigEndian(value, bytes);
 }
 
 std::string Box(const std::string& type, const std::string& content) {
@@ -41,10 +39,12 @@ const std::string kPixels = FromHex(
     "c9f9371588568bc3dc6a9bb1170e0c25c27c07");
 
 // A HEIC of that picture, with an EXIF item and a colour box when they are not empty. The
-// item lies in the file, or in the box of items' data.
+// item lies in the file, or in the box of items' data. To be shown, it is turned against
+// the clock by `quarter_turns`.
 std::string MakeHeic(const std::string& exif_item,
                      const std::string& color,
-                     bool in_idat = false) {
+                     bool in_idat = false,
+                     int quarter_turns = 0) {
   const std::string file_type = Box("ftyp", "heic" + Big(0, 4) + "mif1heic");
   const auto meta = [&](std::size_t pixels_at) {
     const auto entry = [](int id, const std::string& type) {
@@ -68,10 +68,16 @@ std::string MakeHeic(const std::string& exif_item,
     }
     std::string properties =
         Box("hvcC", kDecoder) + Box("ispe", Big(0, 4) + Big(64, 4) + Big(64, 4));
-    if (!color.empty()) properties += Box("colr", color);
+    std::string of_picture = FromHex("8102");  // Of those above; 80: not to be ignored
+    int count = 2;
+    const auto add = [&](const std::string& property, int flag) {
+      properties += property;
+      of_picture += static_cast<char>(flag | ++count);
+    };
+    if (!color.empty()) add(Box("colr", color), 0);
+    if (quarter_turns > 0) add(Box("irot", Big(quarter_turns, 1)), 0x80);
     const std::string of_primary =
-        Big(0, 4) + Big(1, 4) + Big(1, 2) +
-        (color.empty() ? FromHex("028102") : FromHex("03810203"));
+        Big(0, 4) + Big(1, 4) + Big(1, 2) + Big(count, 1) + of_picture;
     return Box("meta",
                Big(0, 4) + Box("hdlr", Big(0, 8) + "pict" + Big(0, 8) + Big(0, 5)) +
                    Box("pitm", Big(0, 4) + Big(1, 2)) + Box("iloc", places) +
@@ -142,6 +148,47 @@ TEST(HeifMetadata, PixelsAreDisplayCodesOfTheProfileThatTheFileNames) {
   WriteTextWhole(path, MakeHeic("", "profwhatever a profile holds"));
   EXPECT_EQ(ReadHeifMetadata(path).icc, "whatever a profile holds");
   EXPECT_EQ(ReadPhoto(path).pixels(16, 8), plain.pixels(16, 8));
+}
+
+// Phones write the turn twice: for decoders, and in EXIF.
+TEST(HeifMetadata, IsTurnedUprightOnce) {
+  const tests::TemporaryFolder folder;
+  const auto path = folder / "turned.heic";
+  const std::string exif_6 = tests::MakeTiff({tests::ShortField(274, {6})});
+  WriteTextWhole(path, MakeHeic(Big(0, 4) + exif_6, "", false, 3));
+  const cv::Mat3f turned = ReadPhoto(path).pixels;
+  ASSERT_EQ(turned.size(), cv::Size(64, 64));
+  // Its red left 24 columns come to the top, by three quarters against the clock
+  EXPECT_GT(turned(8, 8)[0], 2 * turned(8, 8)[1]);
+  EXPECT_GT(turned(8, 56)[0], 2 * turned(8, 56)[1]);
+  EXPECT_GT(turned(56, 8)[1], 2 * turned(56, 8)[0]);
+  WriteTextWhole(path, MakeHeic(Big(0, 4) + exif_6, "", false, 1));
+  EXPECT_GT(ReadPhoto(path).pixels(56, 8)[0], 2 * turned(8, 8)[1]);
+}
+
+// Apple's phones embed the profile whole; OpenImageIO passes it over.
+TEST(HeifMetadata, ItsProfileIsHonoured) {
+  const tests::TemporaryFolder folder;
+  const auto named = folder / "named.heic", embedded = folder / "embedded.heic";
+  WriteTextWhole(
+      named, MakeHeic("", "nclx" + Big(12, 2) + Big(13, 2) + Big(6, 2) + Big(128, 1)));
+  std::string curve = "para" + Big(0, 4) + Big(3, 2) + Big(0, 2);
+  for (const double p : {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045}) {
+    curve += tests::Fixed16(p);
+  }
+  // Display P3 by D50, as its profiles have it
+  const cv::Matx33d display_p3(
+      0.51512, 0.29198, 0.15710, 0.24120, 0.69225, 0.06657, -0.00105, 0.04189, 0.78407);
+  WriteTextWhole(embedded,
+                 MakeHeic("", "prof" + tests::MakeIccProfile(display_p3, curve)));
+  const Photo by_name = ReadPhoto(named), by_profile = ReadPhoto(embedded);
+  EXPECT_TRUE(by_profile.notes.empty());
+  for (const int x : {8, 40}) {
+    for (int c = 0; c < 3; ++c) {
+      // Profiles have five digits
+      EXPECT_NEAR(by_profile.pixels(16, x)[c], by_name.pixels(16, x)[c], 2e-4);
+    }
+  }
 }
 
 TEST(HeifMetadata, SurvivesAFileCutOrChangedAtEveryByte) {

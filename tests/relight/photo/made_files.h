@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -187,6 +188,50 @@ inline std::string JpegWithExif(const std::string& jpeg, const std::string& exif
     at += size;
   }
   return out + jpeg.substr(at);
+}
+
+// Big endian, as ICC profiles and HEIC files count.
+inline std::string BigEndian(std::uint64_t value, unsigned bytes) {
+  std::string out;
+  for (unsigned i = bytes; i-- > 0;) out += static_cast<char>(value >> (8 * i) & 0xFF);
+  return out;
+}
+
+inline std::string Fixed16(double value) {
+  return BigEndian(
+      static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(value * 65536))),
+      4);
+}
+
+// A display's ICC profile: XYZ of its red, green and blue by D50, and the tag of one
+// curve for all three.
+inline std::string MakeIccProfile(const cv::Matx33d& xyz_from_rgb,
+                                  const std::string& curve) {
+  std::vector<std::pair<std::string, std::string>> tags = {
+      {"rTRC", curve}, {"gTRC", curve}, {"bTRC", curve}};
+  for (int column = 0; column < 3; ++column) {
+    std::string xyz = "XYZ " + BigEndian(0, 4);
+    for (int row = 0; row < 3; ++row) xyz += Fixed16(xyz_from_rgb(row, column));
+    tags.emplace_back(std::string(1, "rgb"[column]) + "XYZ", xyz);
+  }
+  const std::size_t first = 132 + 12 * tags.size();
+  std::string table = BigEndian(tags.size(), 4), data;
+  for (const auto& [name, content] : tags) {
+    table += name + BigEndian(first + data.size(), 4) + BigEndian(content.size(), 4);
+    data += content;
+  }
+  std::string head = BigEndian(first + data.size(), 4) + BigEndian(0, 4) +
+                     BigEndian(0x04300000, 4) + "mntrRGB XYZ " + std::string(12, '\0') +
+                     "acsp";
+  head.resize(128, '\0');
+  return head + table + data;
+}
+
+// A JPEG with a profile in it.
+inline std::string JpegWithIcc(const std::string& jpeg, const std::string& profile) {
+  const std::string segment = std::string("ICC_PROFILE\0\1\1", 14) + profile;
+  return jpeg.substr(0, 2) + "\xFF\xE2" + BigEndian(segment.size() + 2, 2) + segment +
+         jpeg.substr(2);
 }
 
 inline const Provenance kTestProvenance{.software = "relight 0.1.0", .json = "{}"};

@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <random>
 
 namespace relight {
@@ -278,6 +279,124 @@ TEST_F(ReadPhotoTest, SurvivesDamage) {
   EXPECT_GT(refused, 40);  // Checksums of PNG and EXR alone see to a quarter of 160
 }
 
+// XYZ by D50 of the primaries, as their own profiles have them.
+const cv::Matx33d kAdobeRgb(
+    0.60974, 0.20528, 0.14919, 0.31111, 0.62567, 0.06322, 0.01947, 0.06087, 0.74457);
+const cv::Matx33d kProPhoto(
+    0.79767, 0.13519, 0.03135, 0.28804, 0.71188, 0.00009, 0.00000, 0.00000, 0.82491);
+const cv::Matx33d kRec709(
+    0.43607, 0.38515, 0.14307, 0.22249, 0.71687, 0.06061, 0.01392, 0.09708, 0.71410);
+
+std::string PowerCurve(double exponent) {
+  return "curv" + tests::BigEndian(0, 4) + tests::BigEndian(1, 4) +
+         tests::BigEndian(static_cast<std::uint64_t>(std::lround(256 * exponent)), 2) +
+         std::string(2, '\0');
+}
+
+std::string TableCurve(double exponent) {
+  std::string curve = "curv" + tests::BigEndian(0, 4) + tests::BigEndian(1024, 4);
+  for (int i = 0; i < 1024; ++i) {
+    const double y = std::pow(i / 1023.0, exponent);
+    curve += tests::BigEndian(static_cast<std::uint64_t>(std::lround(65535 * y)), 2);
+  }
+  return curve;
+}
+
+std::string SrgbCurve() {
+  std::string curve =
+      "para" + tests::BigEndian(0, 4) + tests::BigEndian(3, 2) + tests::BigEndian(0, 2);
+  for (const double p : {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045}) {
+    curve += tests::Fixed16(p);
+  }
+  return curve;
+}
+
+// The same light in files of several profiles, none of which has a name.
+TEST_F(ReadPhotoTest, AProfileIsHonouredWhateverItsName) {
+  // Colours of leaves and skies: where one channel is nearly black, a step of a wide
+  // profile's codes is many of sRGB's
+  Photo light = tests::SmoothPhoto(160, 120);
+  light.pixels = 0.6f * light.pixels + cv::Scalar::all(0.2);
+  WritePhoto(folder_ / "srgb.jpg", light, tests::kTestProvenance);
+  const cv::Mat3f srgb = ReadPhoto(folder_ / "srgb.jpg").pixels;
+  struct Case {
+    const char* name;
+    const cv::Matx33d& xyz_from_rgb;
+    std::string curve;
+    double exponent;  // 0: sRGB's curve
+  };
+  for (const Case& c : {Case{"adobe", kAdobeRgb, PowerCurve(563 / 256.0), 563 / 256.0},
+                        Case{"prophoto", kProPhoto, TableCurve(1.8), 1.8},
+                        Case{"rec709", kRec709, SrgbCurve(), 0}}) {
+    // Their numbers: WritePhoto does sRGB's curve, so what it is given undoes it
+    const cv::Matx33d from_rec709 = c.xyz_from_rgb.inv() * kRec709;
+    Photo numbers;
+    numbers.pixels = light.pixels.clone();
+    for (cv::Vec3f& pixel : numbers.pixels) {
+      const cv::Vec3d linear = from_rec709 * cv::Vec3d(pixel);
+      for (int i = 0; i < 3; ++i) {
+        const double up = std::max(linear[i], 0.0);
+        pixel[i] = c.exponent > 0
+                       ? LinearFromSrgb(static_cast<float>(std::pow(up, 1 / c.exponent)))
+                       : static_cast<float>(up);
+      }
+    }
+    const auto path = folder_ / (std::string(c.name) + ".jpg");
+    WritePhoto(path, numbers, tests::kTestProvenance);
+    WriteTextWhole(path,
+                   tests::JpegWithIcc(ReadText(path),
+                                      tests::MakeIccProfile(c.xyz_from_rgb, c.curve)));
+    const Photo read = ReadPhoto(path);
+    EXPECT_TRUE(read.notes.empty()) << c.name;
+    double worst = 0, sum = 0;
+    for (int y = 0; y < 120; ++y) {
+      for (int x = 0; x < 160; ++x) {
+        for (int i = 0; i < 3; ++i) {
+          const auto code = [](float v) { return 255 * SrgbFromLinear(v); };
+          const double off = std::abs(code(read.pixels(y, x)[i]) - code(srgb(y, x)[i]));
+          worst = std::max(worst, off);
+          sum += off;
+        }
+      }
+    }
+    const double mean = sum / (3 * 120 * 160);
+    std::cout << c.name << ": " << mean << " steps of 8 bits apart, at most " << worst
+              << "\n";
+    // JPEG's rounding of both files; a wide profile stretches it by two
+    EXPECT_LT(mean, c.exponent > 0 ? 1.0 : 1e-3) << c.name;
+    EXPECT_LT(worst, c.exponent > 0 ? 8.0 : 1e-3) << c.name;
+  }
+}
+
+TEST_F(ReadPhotoTest, AProfileThatCannotBeReadIsSaid) {
+  WritePhoto(folder_ / "a.jpg", tests::SmoothPhoto(20, 10), tests::kTestProvenance);
+  const std::string jpeg = ReadText(folder_ / "a.jpg");
+  const cv::Mat3f plain = ReadPhoto(folder_ / "a.jpg").pixels;
+  const std::string whole = tests::MakeIccProfile(kAdobeRgb, PowerCurve(2.2));
+  cv::Matx33d in_one_line = kAdobeRgb;
+  for (int row = 0; row < 3; ++row) in_one_line(row, 1) = in_one_line(row, 0);
+  std::string by_lab = whole;
+  by_lab.replace(20, 4, "Lab ");
+  for (const std::string& profile : {by_lab,
+                                     whole.substr(0, whole.size() - 10),
+                                     tests::MakeIccProfile(in_one_line, PowerCurve(2.2)),
+                                     tests::MakeIccProfile(kAdobeRgb, PowerCurve(0))}) {
+    WriteTextWhole(folder_ / "b.jpg", tests::JpegWithIcc(jpeg, profile));
+    const Photo read = ReadPhoto(folder_ / "b.jpg");
+    ASSERT_EQ(read.notes.size(), 1u);
+    EXPECT_TRUE(Contains(read.notes[0], "--color-space")) << read.notes[0];
+    EXPECT_EQ(cv::norm(read.pixels, plain, cv::NORM_INF), 0);
+  }
+  // Cut or changed anywhere: a photo, and no crash
+  std::mt19937 random(7);
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string changed = whole;
+    changed[at] = static_cast<char>(random());
+    WriteTextWhole(folder_ / "b.jpg", tests::JpegWithIcc(jpeg, changed));
+    EXPECT_TRUE(cv::checkRange(ReadPhoto(folder_ / "b.jpg").pixels));
+  }
+}
+
 TEST_F(ReadPhotoTest, SpacesOfOurOwnConfigKeepWhiteAndTheirPrimaries) {
   // Linear Rec.2020 green (0, 1, 0) in Rec.709, from the two standards' primaries
   WriteLinear(folder_ / "p.exr", {{"", cv::Mat3f(1, 2, cv::Vec3f(0, 1, 0))}});
@@ -362,7 +481,8 @@ TEST_F(ReadPhotoTest, NamesABrokenConfigAndTheRemedy) {
 }
 
 // A camera's RAW: a mosaic of R, G, B cells behind a grey card, with the white balance
-// that makes it grey again.
+// that makes it grey again. The left half is as bright again as the right one, its lower
+// quarter is red: twice the red cells.
 std::string GreyCardDng(std::uint16_t orientation) {
   constexpr int kWidth = 64, kHeight = 48;
   constexpr std::uint16_t kRed = 8192, kGreen = 16384, kBlue = 4096;  // Of 65535
@@ -370,10 +490,11 @@ std::string GreyCardDng(std::uint16_t orientation) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const bool even_x = x % 2 == 0, even_y = y % 2 == 0;
-      const std::uint16_t cell = even_x && even_y     ? kRed
-                                 : !even_x && !even_y ? kBlue
-                                                      : kGreen;
-      cells += tests::Bytes(cell);
+      const bool left = x < kWidth / 2, red = left && y >= kHeight / 2;
+      const int cell = even_x && even_y     ? (red ? 2 * kRed : kRed)
+                       : !even_x && !even_y ? kBlue
+                                            : kGreen;
+      cells += tests::Bytes(static_cast<std::uint16_t>(left ? cell : cell / 2));
     }
   }
   constexpr int kCfa = 32803;
@@ -403,11 +524,30 @@ TEST_F(ReadPhotoTest, DevelopsARawLinearWithTheCamerasWhiteBalance) {
   WriteTextWhole(path, GreyCardDng(1));
   const Photo photo = ReadPhoto(path);
   EXPECT_EQ(photo.pixels.size(), cv::Size(64, 48));
-  const cv::Vec3f centre = photo.pixels(24, 32);
-  // Linear: a quarter of white at the green cells; 16 bits and fixed-point matrices
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(centre[c], 0.25f, 0.003f) << c;
-  WriteTextWhole(path, GreyCardDng(6));
-  EXPECT_EQ(ReadPhoto(path).pixels.size(), cv::Size(48, 64));
+  // Linear: green cells hold a quarter and an eighth of white; 16 bits and fixed-point
+  // matrices
+  constexpr float kRounding = 0.003f;
+  const cv::Vec3f grey(0.25f, 0.25f, 0.25f), red(0.5f, 0.25f, 0.25f);
+  const auto is = [&](const cv::Mat3f& picture, int x, int y, const cv::Vec3f& color) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(picture(y, x)[c], color[c], kRounding) << x << ", " << y << ": " << c;
+    }
+  };
+  is(photo.pixels, 16, 12, grey);
+  is(photo.pixels, 48, 12, grey / 2);
+  is(photo.pixels, 16, 36, red);
+
+  // Once, though LibRaw turns it as well: the stored lower left corner stays the red one
+  WriteTextWhole(path, GreyCardDng(6));  // A quarter clockwise
+  const cv::Mat3f quarter = ReadPhoto(path).pixels;
+  ASSERT_EQ(quarter.size(), cv::Size(48, 64));
+  is(quarter, 12, 16, red);
+  is(quarter, 36, 16, grey);
+  is(quarter, 36, 48, grey / 2);
+  WriteTextWhole(path, GreyCardDng(8));
+  is(ReadPhoto(path).pixels, 36, 48, red);
+  WriteTextWhole(path, GreyCardDng(3));
+  is(ReadPhoto(path).pixels, 48, 12, red);
 }
 
 TEST_F(ReadPhotoTest, RefusesARawWhosePixelsAreCutOff) {
