@@ -176,6 +176,8 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
                     occupied));
     if (made) {
       Say(console, "the box is from " + made->box_from);
+      if (const std::string words = AgreementInWords(made->agreement); !words.empty())
+        Say(console, words);
       Say(console,
           fmt::format("the mattes are met within {:.3f} rms",
                       made->summary.residual_rms));
@@ -194,6 +196,8 @@ int RunVerb(const VolumeRequest& request, const ConsoleOptions& console) {
   if (made) {
     json.update(JsonOf(made->summary));
     json["box_from"] = made->box_from;
+    json["kth_smallest"] = made->agreement.kth_smallest;
+    json["lost_share"] = made->agreement.lost;
   }
   fmt::print("{}\n", json.dump(1));
   return 0;

@@ -312,8 +312,10 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
     ++done;
   }
   if (VolumeIsStale(capture, records, options, force)) {
-    const OpacitySummary summary =
-        MakeVolume(capture, records, options, begin("volume")).summary;
+    const MadeVolume made = MakeVolume(capture, records, options, begin("volume"));
+    const OpacitySummary& summary = made.summary;
+    if (const std::string words = AgreementInWords(made.agreement); !words.empty())
+      view.notes.push_back(words);
     if (summary.residual_rms > 0.35) {
       view.notes.push_back(
           "the volume fits its mattes badly (rms " +

@@ -68,6 +68,7 @@ std::string LightKey(const Capture& capture, const CaptureOptions& options) {
 struct Estimate {
   OpacityEstimate volume;
   std::string box_from;
+  MatteAgreement agreement;
 };
 
 // "the mattes; south, east within 812 sparse points of the tree".
@@ -91,16 +92,22 @@ Estimate EstimateWithin(const Capture& capture,
   VoxelBox within{{}, options.volume.cells};
   if (!given.empty()) within.bounds = BoxFromText(given);
   const std::vector<Eigen::Vector3d> points = PointsOfTree(views, PointsOf(capture));
-  HullOptions hull_options{.kth_smallest = options.volume.kth_smallest};
+  OpacityOptions volume = options.volume;
+  Estimate estimate;
+  if (!volume.kth_smallest) {
+    estimate.agreement = AgreementOf(views, progress.Part(0, 0.01));
+    volume.kth_smallest = estimate.agreement.kth_smallest;
+  }
+  HullOptions hull_options{.kth_smallest = *volume.kth_smallest};
   const bool are_central = !points.empty() && IsDepthOpen(views);
   if (are_central) hull_options.middle = MiddleOf(points);
   const Eigen::AlignedBox3d hull =
-      HullBounds(views, hull_options, progress.Part(0, 0.04));
-  std::string box_from = "--box";
+      HullBounds(views, hull_options, progress.Part(0.01, 0.04));
+  estimate.box_from = "--box";
   if (given.empty()) {
     const CutBox cut = CutToPoints(hull, points, views, progress.Part(0.04, 0.05));
     within.bounds = cut.bounds;
-    box_from = BoxFrom(cut, points.size(), are_central);
+    estimate.box_from = BoxFrom(cut, points.size(), are_central);
   } else {
     within = PartWithin(within.bounds, within.cells, hull);
   }
@@ -111,10 +118,9 @@ Estimate EstimateWithin(const Capture& capture,
                      " voxels along the box that is given; give a smaller --box or more "
                      "--cells");
   }
-  OpacityOptions volume = options.volume;
   volume.cells = within.cells;
-  return {EstimateOpacity(views, within.bounds, volume, progress.Part(0.05, 1)),
-          box_from};
+  estimate.volume = EstimateOpacity(views, within.bounds, volume, progress.Part(0.05, 1));
+  return estimate;
 }
 
 bool IsStale(StageRecords::State state) {
@@ -223,7 +229,8 @@ MadeVolume MakeVolume(const Capture& capture,
                       const CaptureOptions& options,
                       const Progress& progress) {
   const std::vector<MatteView> views = MatteViewsOf(capture, options);
-  const auto [estimate, box_from] = EstimateWithin(capture, views, options, progress);
+  const auto [estimate, box_from, agreement] =
+      EstimateWithin(capture, views, options, progress);
   std::string names, objective;
   for (const MatteView& view : views) names += (names.empty() ? "" : ", ") + view.name;
   for (const double value : estimate.summary.objective) {
@@ -242,7 +249,18 @@ MadeVolume MakeVolume(const Capture& capture,
                {"hidden_voxels", std::to_string(estimate.summary.hidden_voxels)},
                {"objective", objective}});
   records.Remember(kVolumeStage, key, {kVolumeFile});
-  return {estimate.summary, box_from};
+  return {estimate.summary, box_from, agreement};
+}
+
+std::string AgreementInWords(const MatteAgreement& agreement) {
+  if (agreement.kth_smallest == 1) return "";
+  const auto percent = [](double share) {
+    return std::to_string(std::lround(100 * share)) + " %";
+  };
+  return "bad mattes take away " + percent(agreement.lost) +
+         " of the tree that the others show: what all but two show is kept, and " +
+         percent(agreement.left) +
+         " are still lost; look at the mattes (--kth-smallest 1 believes them all)";
 }
 
 HeldOut JudgeVolume(const Capture& capture,

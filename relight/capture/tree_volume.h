@@ -10,6 +10,7 @@
 #include "relight/scattering/occluder.h"
 #include "relight/scattering/sky_transmittance.h"
 #include "relight/volume/extinction_grid.h"
+#include "relight/volume/matte_agreement.h"
 #include "relight/volume/opacity_estimation.h"
 
 #include <cstdint>
@@ -65,7 +66,10 @@ bool LightIsStale(const Capture& capture,
 struct MadeVolume {
   OpacitySummary summary;
   std::string box_from;  // In words: "--box", "the mattes".
+  MatteAgreement agreement;
 };
+// What a user is to know of it; empty when all is well.
+std::string AgreementInWords(const MatteAgreement& agreement);
 MadeVolume MakeVolume(const Capture& capture,
                       StageRecords& records,
                       const CaptureOptions& options,

@@ -4,6 +4,7 @@
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
 #include "relight/volume/densification.h"
+#include "relight/volume/matte_agreement.h"
 #include "relight/volume/projected_opacity.h"
 #include "relight/volume/ray_traversal.h"
 
@@ -94,6 +95,8 @@ OpacityEstimate EstimateOpacity(std::span<const MatteView> views,
                      std::to_string(views.size()) +
                      "; one photo alone takes the silhouette volume");
   }
+  const int kth_smallest =
+      options.kth_smallest ? *options.kth_smallest : AgreementOf(views).kth_smallest;
   OpacityEstimate result;
   ExtinctionGrid& grid = result.grid;
   OpacitySummary& summary = result.summary;
@@ -105,7 +108,7 @@ OpacityEstimate EstimateOpacity(std::span<const MatteView> views,
                              .iterations = summary.iterations,
                              .alpha_max = options.alpha_max,
                              .cutoff = options.cutoff,
-                             .kth_smallest = options.kth_smallest},
+                             .kth_smallest = kth_smallest},
                             progress);
   } else {
     summary.iterations = options.iterations.value_or(16);
@@ -115,7 +118,7 @@ OpacityEstimate EstimateOpacity(std::span<const MatteView> views,
                                            .passes = summary.iterations,
                                            .smoothness = options.smoothness,
                                            .leaf_spread = options.leaf_spread,
-                                           .kth_smallest = options.kth_smallest},
+                                           .kth_smallest = kth_smallest},
                                           progress);
     grid = std::move(found.grid);
     summary.hidden_voxels = found.hidden_voxels;

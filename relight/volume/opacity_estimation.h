@@ -27,13 +27,14 @@ inline std::span<const EnumWord<VolumeMethod>> EnumWords(VolumeMethod) {
 
 struct OpacityOptions {
   VolumeMethod method = VolumeMethod::kTomography;
-  int cells = 100;                     // Along the box's longest side.
-  std::optional<int> iterations = {};  // Left out: 16, or 8 of reche2004.
-  double smoothness = 1.0;             // Tomography only.
-  double leaf_spread = 0.0;            // Tomography only: c of (V3).
-  double alpha_max = 0.995;            // Reche2004 only, as is
-  double cutoff = 0.94;                // this (projected_opacity.h).
-  int kth_smallest = 1;                // k - 1 bad mattes may call tree empty.
+  int cells = 100;                       // Along the box's longest side.
+  std::optional<int> iterations = {};    // Left out: 16, or 8 of reche2004.
+  double smoothness = 1.0;               // Tomography only.
+  double leaf_spread = 0.0;              // Tomography only: c of (V3).
+  double alpha_max = 0.995;              // Reche2004 only, as is
+  double cutoff = 0.94;                  // this (projected_opacity.h).
+  std::optional<int> kth_smallest = {};  // k - 1 bad mattes may call tree empty;
+                                         // unset: as AgreementOf chooses.
   double scale = 1.0;    // s of [Cabral11 §7.1]: multiplies the extinction.
   bool densify = false;  // [Cabral11 §7.1], densification.h.
 };
@@ -73,13 +74,12 @@ void Describe(OpacityOptions& o, Visitor&& field) {
                   "",
                   "transparency of a voxel above which it is emptied; reche2004",
                   Between(0.5, 1)});
-  field(
-      o.kth_smallest,
-      FieldInfo{
-          "kth-smallest",
-          "",
-          "start from the k-th smallest opacity over the views; 3 forgives 2 bad mattes",
-          Between(1, 8)});
+  field(o.kth_smallest,
+        FieldInfo{"kth-smallest",
+                  "",
+                  "start from the k-th smallest opacity over the views; 3 forgives 2 bad "
+                  "mattes. Left out: 1, or 3 where bad mattes take away much of the tree",
+                  Between(1, 8)});
   field(o.scale, FieldInfo{"scale", "", "multiplies the extinction", Between(0.01, 100)});
   field(o.densify,
         FieldInfo{"densify", "", "fill sparse neighbourhoods [Cabral11, 7.1]"});

@@ -169,7 +169,8 @@ TEST(OpacityEstimation, MorePassesFitBetter) {
 TEST(OpacityEstimation, OneBadMatteOfTwelveIsForgiven) {
   std::vector<MatteView> views = BallViews();
   views[4].alpha.colRange(0, 60).setTo(0);  // Half of the tree taken for sky
-  const OpacityOptions first{.method = VolumeMethod::kReche2004, .cells = 24},
+  const OpacityOptions first{
+      .method = VolumeMethod::kReche2004, .cells = 24, .kth_smallest = 1},
       second{.method = VolumeMethod::kReche2004, .cells = 24, .kth_smallest = 2};
   const auto lost = EstimateOpacity(views, BallBox(), first);
   const auto kept = EstimateOpacity(views, BallBox(), second);

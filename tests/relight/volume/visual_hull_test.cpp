@@ -2,6 +2,7 @@
 #include "relight/volume/visual_hull.h"
 
 #include "relight/base/error.h"
+#include "relight/volume/matte_agreement.h"
 #include "relight/volume/opacity_estimation.h"
 #include "tests/support/made_cameras.h"
 #include "tests/support/reference_tree.h"
@@ -147,6 +148,33 @@ TEST(VisualHull, CornersOfABoxAreRead) {
   for (const char* wrong : {"", "1,2,3", "0,0,0,1,1,0", "0,0,0,1,1,x", "nan,0,0,1,1,1"}) {
     EXPECT_THROW(BoxFromText(wrong), OptionError) << wrong;
   }
+}
+
+TEST(MatteAgreement, ForgivesTwoMattesThatMissTheTree) {
+  std::vector<MatteView> views = BallViews();
+  views[5].alpha.rowRange(0, 100).setTo(0);  // The upper half is lost
+  views[9].alpha.colRange(0, 100).setTo(0);
+  const MatteAgreement agreement = AgreementOf(views);
+  EXPECT_EQ(agreement.kth_smallest, 3);
+  // Half a ball and a half of the rest are carved away; a ray that still meets a part of
+  // what is left is not lost
+  EXPECT_GT(agreement.lost, 0.3);
+  EXPECT_LT(agreement.left, 0.05);
+  // As EstimateOpacity takes it when nothing is said
+  const Eigen::AlignedBox3d box = HullBounds(views, {.kth_smallest = 3});
+  const auto asked = EstimateOpacity(views, box, {.cells = 24, .kth_smallest = 3});
+  EXPECT_EQ(EstimateOpacity(views, box, {.cells = 24}).grid.sigma_per_m,
+            asked.grid.sigma_per_m);
+}
+
+TEST(MatteAgreement, BelievesGoodMattes) {
+  std::vector<MatteView> views = BallViews();
+  EXPECT_EQ(AgreementOf(views).kth_smallest, 1);
+  EXPECT_LT(AgreementOf(views).lost, 0.02);
+  // And mattes too few to say which of them is wrong
+  views.resize(5);
+  views[3].alpha.rowRange(0, 100).setTo(0);
+  EXPECT_EQ(AgreementOf(views).kth_smallest, 1);
 }
 
 }  // namespace
