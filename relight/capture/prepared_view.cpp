@@ -312,8 +312,12 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
     ++done;
   }
   if (VolumeIsStale(capture, records, options, force)) {
-    const OpacitySummary summary =
-        MakeVolume(capture, records, options, begin("volume")).summary;
+    const MadeVolume made = MakeVolume(capture, records, options, begin("volume"));
+    const OpacitySummary& summary = made.summary;
+    if (made.box_needed_points) {
+      view.notes.push_back("the volume's box is from " + made.box_from +
+                           "; --box takes another");
+    }
     if (summary.residual_rms > 0.35) {
       view.notes.push_back(
           "the volume fits its mattes badly (rms " +

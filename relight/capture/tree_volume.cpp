@@ -68,6 +68,7 @@ std::string LightKey(const Capture& capture, const CaptureOptions& options) {
 struct Estimate {
   OpacityEstimate volume;
   std::string box_from;
+  bool box_needed_points = false;
 };
 
 // "the mattes; south, east within 812 sparse points of the tree".
@@ -97,9 +98,11 @@ Estimate EstimateWithin(const Capture& capture,
   const Eigen::AlignedBox3d hull =
       HullBounds(views, hull_options, progress.Part(0, 0.04));
   std::string box_from = "--box";
+  bool needed_points = given.empty() && are_central;
   if (given.empty()) {
     const CutBox cut = CutToPoints(hull, points, views, progress.Part(0.04, 0.05));
     within.bounds = cut.bounds;
+    needed_points = needed_points || !cut.sides.empty();
     box_from = BoxFrom(cut, points.size(), are_central);
   } else {
     within = PartWithin(within.bounds, within.cells, hull);
@@ -114,7 +117,8 @@ Estimate EstimateWithin(const Capture& capture,
   OpacityOptions volume = options.volume;
   volume.cells = within.cells;
   return {EstimateOpacity(views, within.bounds, volume, progress.Part(0.05, 1)),
-          box_from};
+          box_from,
+          needed_points};
 }
 
 bool IsStale(StageRecords::State state) {
@@ -223,7 +227,8 @@ MadeVolume MakeVolume(const Capture& capture,
                       const CaptureOptions& options,
                       const Progress& progress) {
   const std::vector<MatteView> views = MatteViewsOf(capture, options);
-  const auto [estimate, box_from] = EstimateWithin(capture, views, options, progress);
+  const auto [estimate, box_from, needed_points] =
+      EstimateWithin(capture, views, options, progress);
   std::string names, objective;
   for (const MatteView& view : views) names += (names.empty() ? "" : ", ") + view.name;
   for (const double value : estimate.summary.objective) {
@@ -242,7 +247,7 @@ MadeVolume MakeVolume(const Capture& capture,
                {"hidden_voxels", std::to_string(estimate.summary.hidden_voxels)},
                {"objective", objective}});
   records.Remember(kVolumeStage, key, {kVolumeFile});
-  return {estimate.summary, box_from};
+  return {estimate.summary, box_from, needed_points};
 }
 
 HeldOut JudgeVolume(const Capture& capture,

@@ -65,6 +65,7 @@ bool LightIsStale(const Capture& capture,
 struct MadeVolume {
   OpacitySummary summary;
   std::string box_from;  // In words: "--box", "the mattes".
+  bool box_needed_points = false;
 };
 MadeVolume MakeVolume(const Capture& capture,
                       StageRecords& records,
