@@ -316,6 +316,10 @@ void PrepareOfCapture(const ViewPlan& plan, const Begin& begin, PreparedView& vi
     const OpacitySummary& summary = made.summary;
     if (const std::string words = AgreementInWords(made.agreement); !words.empty())
       view.notes.push_back(words);
+    if (made.box_needed_points) {
+      view.notes.push_back("the volume's box is from " + made.box_from +
+                           "; --box takes another");
+    }
     if (summary.residual_rms > 0.35) {
       view.notes.push_back(
           "the volume fits its mattes badly (rms " +

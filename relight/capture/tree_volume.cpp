@@ -69,6 +69,7 @@ struct Estimate {
   OpacityEstimate volume;
   std::string box_from;
   MatteAgreement agreement;
+  bool box_needed_points = false;
 };
 
 // "the mattes; south, east within 812 sparse points of the tree".
@@ -108,6 +109,7 @@ Estimate EstimateWithin(const Capture& capture,
     const CutBox cut = CutToPoints(hull, points, views, progress.Part(0.04, 0.05));
     within.bounds = cut.bounds;
     estimate.box_from = BoxFrom(cut, points.size(), are_central);
+    estimate.box_needed_points = are_central || !cut.sides.empty();
   } else {
     within = PartWithin(within.bounds, within.cells, hull);
   }
@@ -229,7 +231,7 @@ MadeVolume MakeVolume(const Capture& capture,
                       const CaptureOptions& options,
                       const Progress& progress) {
   const std::vector<MatteView> views = MatteViewsOf(capture, options);
-  const auto [estimate, box_from, agreement] =
+  const auto [estimate, box_from, agreement, needed_points] =
       EstimateWithin(capture, views, options, progress);
   std::string names, objective;
   for (const MatteView& view : views) names += (names.empty() ? "" : ", ") + view.name;
@@ -249,7 +251,7 @@ MadeVolume MakeVolume(const Capture& capture,
                {"hidden_voxels", std::to_string(estimate.summary.hidden_voxels)},
                {"objective", objective}});
   records.Remember(kVolumeStage, key, {kVolumeFile});
-  return {estimate.summary, box_from, agreement};
+  return {estimate.summary, box_from, agreement, needed_points};
 }
 
 std::string AgreementInWords(const MatteAgreement& agreement) {

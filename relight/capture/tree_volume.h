@@ -67,6 +67,7 @@ struct MadeVolume {
   OpacitySummary summary;
   std::string box_from;  // In words: "--box", "the mattes".
   MatteAgreement agreement;
+  bool box_needed_points = false;
 };
 // What a user is to know of it; empty when all is well.
 std::string AgreementInWords(const MatteAgreement& agreement);

@@ -136,6 +136,10 @@ class Stages(RelightCase):
             self.assertAlmostEqual(by_points["box_m"][side], by_mattes["box_m"][side],
                                    delta=2 * by_mattes["cell_m"])
 
+        hour = self.done(capture, "--view", "view_00", "--to", "16:00", "--cells", "20",
+                         "--iterations", "1", "--json").json
+        self.assertIn("south cut to", " ".join(hour["notes"]))
+
         # One's own goes before both
         own = self.done(*volume, "--box", ",".join(map(str, [*low, *high])), "--json").json
         self.assertEqual(own["box_from"], "--box")

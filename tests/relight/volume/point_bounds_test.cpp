@@ -285,7 +285,9 @@ TEST(PointBounds, CutNoLeafOfRenderedTrees) {
                   << " of " << foliage.size() << " leaves lost\n";
         EXPECT_EQ(lost, 0u);
         // From within 60 degrees a hull is twice as large as the tree's box
-        if (chosen.size() == 3) EXPECT_LT(cut.bounds.volume(), 0.9 * hull.volume());
+        if (chosen.size() == 3) {
+          EXPECT_LT(cut.bounds.volume(), 0.9 * hull.volume());
+        }
       }
     }
   }
