@@ -73,7 +73,8 @@ json OfPhoto(const fs::path& file) {
 json OfVolume(const fs::path& file) {
   const ExtinctionGrid grid = ReadVolume(file);
   double sum = 0;
-  for (const float sigma : grid.sigma_per_m) sum += sigma;
+  ForEachVoxel(grid,
+               [&](int, int, int, std::size_t index) { sum += grid.sigma_per_m[index]; });
   json noted = ReadMetadata(file);
   noted.erase("objective");  // A curve: relight volume --report draws it
   return {{"file", file.string()},

@@ -47,6 +47,25 @@ std::string_view BytesOf(const cv::Mat& values) {
   return {reinterpret_cast<const char*>(values.data), values.total() * values.elemSize()};
 }
 
+// Of the extinctions of the whole box, x fastest.
+std::string HashOfVoxels(const ExtinctionGrid& grid) {
+  ContentHash hash;
+  std::vector<float> row(static_cast<std::size_t>(grid.cells.x()));
+  for (int z = 0; z < grid.cells.z(); ++z) {
+    for (int y = 0; y < grid.cells.y(); ++y) {
+      std::fill(row.begin(), row.end(), 0.0f);
+      for (int x = 0; x < grid.cells.x(); x += BrickVoxels::kEdge) {
+        if (grid.BrickOf(x, y, z) < 0) continue;
+        std::copy_n(&grid.sigma_per_m[grid.Index(x, y, z)],
+                    std::min(BrickVoxels::kEdge, grid.cells.x() - x),
+                    row.begin() + x);
+      }
+      hash.Add({reinterpret_cast<const char*>(row.data()), row.size() * sizeof(float)});
+    }
+  }
+  return hash.Text();
+}
+
 // All that a frame depends on besides its hour.
 std::string RunHash(const DayPlan& plan,
                     const PreparedView& view,
@@ -75,10 +94,7 @@ std::string RunHash(const DayPlan& plan,
                                cv::Mat(view.cut.alpha)}) {
     text += HashOfText(BytesOf(image)) + "\n";
   }
-  const std::vector<float>& sigma = view.tree.grid.sigma_per_m;
-  text += HashOfText(
-      {reinterpret_cast<const char*>(sigma.data()), sigma.size() * sizeof(float)});
-  return HashOfText(text);
+  return HashOfText(text + HashOfVoxels(view.tree.grid));
 }
 
 // Makes the folder ours; throws InputError when it is somebody else's.

@@ -45,22 +45,17 @@ cv::Mat3b Colored(const cv::Mat1f& sigma_per_m, float brightest) {
 // right and up.
 cv::Mat1f Slice(const ExtinctionGrid& grid, int across, int right, int up) {
   double sum = 0, weighted = 0;
-  for (int z = 0; z < grid.cells.z(); ++z) {
-    for (int y = 0; y < grid.cells.y(); ++y) {
-      for (int x = 0; x < grid.cells.x(); ++x) {
-        const double sigma = grid.sigma_per_m[grid.Index(x, y, z)];
-        sum += sigma;
-        weighted += sigma * Eigen::Vector3i(x, y, z)[across];
-      }
-    }
-  }
+  ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
+    const double sigma = grid.sigma_per_m[index];
+    sum += sigma;
+    weighted += sigma * Eigen::Vector3i(x, y, z)[across];
+  });
   Eigen::Vector3i at = Eigen::Vector3i::Zero();
   at[across] = sum > 0 ? static_cast<int>(std::lround(weighted / sum)) : 0;
   cv::Mat1f slice(grid.cells[up], grid.cells[right]);
   for (at[up] = 0; at[up] < grid.cells[up]; ++at[up]) {
     for (at[right] = 0; at[right] < grid.cells[right]; ++at[right]) {
-      slice(grid.cells[up] - 1 - at[up], at[right]) =
-          grid.sigma_per_m[grid.Index(at.x(), at.y(), at.z())];
+      slice(grid.cells[up] - 1 - at[up], at[right]) = grid.At(at.x(), at.y(), at.z());
     }
   }
   return slice;

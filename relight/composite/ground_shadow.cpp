@@ -31,21 +31,14 @@ double Luminance(const Eigen::Array3d& rgb) {
 // The grid with voxels `factor` times as large: means, so that optical depth is kept.
 ExtinctionGrid Coarser(const ExtinctionGrid& grid, int factor) {
   if (factor == 1) return grid;
-  ExtinctionGrid coarse;
-  coarse.cells = (grid.cells.array() + factor - 1) / factor;
-  coarse.origin_m = grid.origin_m;
-  coarse.cell_m = grid.cell_m * factor;
-  coarse.sigma_per_m.assign(coarse.Count(), 0.0f);
+  ExtinctionGrid coarse{NoBricks((grid.cells.array() + factor - 1) / factor,
+                                 grid.origin_m,
+                                 grid.cell_m * factor),
+                        {}};
   const float share = 1.0f / static_cast<float>(factor * factor * factor);
-  std::size_t index = 0;
-  for (int z = 0; z < grid.cells.z(); ++z) {
-    for (int y = 0; y < grid.cells.y(); ++y) {
-      for (int x = 0; x < grid.cells.x(); ++x, ++index) {
-        coarse.sigma_per_m[coarse.Index(x / factor, y / factor, z / factor)] +=
-            share * grid.sigma_per_m[index];
-      }
-    }
-  }
+  ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
+    coarse.Add(x / factor, y / factor, z / factor, share * grid.sigma_per_m[index]);
+  });
   return coarse;
 }
 
@@ -53,17 +46,12 @@ ExtinctionGrid Coarser(const ExtinctionGrid& grid, int factor) {
 // far as interpolation carries. Empty when there is nothing.
 Eigen::AlignedBox3d BoxAbove(const ExtinctionGrid& grid, double ground_z_m) {
   Eigen::AlignedBox3d box;
-  std::size_t index = 0;
-  for (int z = 0; z < grid.cells.z(); ++z) {
+  ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
     const bool above = grid.origin_m.z() + (z + 1) * grid.cell_m > ground_z_m;
-    for (int y = 0; y < grid.cells.y(); ++y) {
-      for (int x = 0; x < grid.cells.x(); ++x, ++index) {
-        if (!above || grid.sigma_per_m[index] <= 0) continue;
-        box.extend(grid.Center(x, y, z) + Eigen::Vector3d::Constant(grid.cell_m));
-        box.extend(grid.Center(x, y, z) - Eigen::Vector3d::Constant(grid.cell_m));
-      }
-    }
-  }
+    if (!above || grid.sigma_per_m[index] <= 0) return;
+    box.extend(grid.Center(x, y, z) + Eigen::Vector3d::Constant(grid.cell_m));
+    box.extend(grid.Center(x, y, z) - Eigen::Vector3d::Constant(grid.cell_m));
+  });
   if (!box.isEmpty()) box.min().z() = std::max(box.min().z(), ground_z_m);
   return box;
 }
@@ -134,7 +122,7 @@ struct PhasedRow {
 //
 //   D(p) = sum over cuts of length * sigma(p + shift)                           (G11)
 void RowDepth(const ExtinctionGrid& grid,
-              const RowExtents& extents,
+              const VoxelRows& rows,
               const std::vector<Cut>& cuts,
               const GroundMap& map,
               int j,
@@ -158,8 +146,8 @@ void RowDepth(const ExtinctionGrid& grid,
       const auto r =
           static_cast<std::size_t>(row) +
           static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(cut.z);
-      first = std::min(first, extents.first[r]);
-      last = std::max(last, extents.last[r]);
+      first = std::min(first, rows.first[r]);
+      last = std::max(last, rows.last[r]);
     }
     if (first > last) continue;
 
@@ -169,8 +157,12 @@ void RowDepth(const ExtinctionGrid& grid,
     for (const int row : {y0, y0 + 1}) {
       if (row < 0 || row >= grid.cells.y()) continue;
       const float share = cut.length_m * (row == y0 ? 1 - weight : weight);
-      const float* sigma = &grid.sigma_per_m[grid.Index(0, row, cut.z)];
-      for (int x = first; x <= last; ++x) blend[x + 1] += share * sigma[x];
+      const auto r =
+          static_cast<std::size_t>(row) +
+          static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(cut.z);
+      const float* sigma = rows.At(r, 0);
+      for (int x = rows.first[r]; x <= rows.last[r]; ++x)
+        blend[x + 1] += share * sigma[x];
     }
 
     // Add them to the texels that lie under them, phase by phase
@@ -201,7 +193,7 @@ void GatherDepths(const ExtinctionGrid& grid,
                   const GroundMap& map,
                   const Take& take,
                   const Progress& progress) {
-  const RowExtents extents = FindRowExtents(grid);
+  const VoxelRows rows = RowsOf(grid);
   std::vector<std::vector<Cut>> cuts;
   cuts.reserve(directions.size());
   for (const Eigen::Vector3d& direction : directions) {
@@ -215,7 +207,7 @@ void GatherDepths(const ExtinctionGrid& grid,
         std::vector<float> blended(static_cast<std::size_t>(grid.cells.x()) + 3);
         for (int j = begin; j < end; ++j) {
           for (std::size_t i = 0; i < cuts.size(); ++i) {
-            RowDepth(grid, extents, cuts[i], map, j, blended, depth);
+            RowDepth(grid, rows, cuts[i], map, j, blended, depth);
             take(j, i, depth);
           }
         }

@@ -83,16 +83,11 @@ class CoarseDensity {
       size_[axis] = static_cast<int>(std::ceil(grid.cells[axis] / shrink_)) + 2 * margin_;
     }
     values_.assign(static_cast<std::size_t>(size_.prod()), 0.0f);
-    std::size_t index = 0;
     const auto share = static_cast<float>(1 / (shrink_ * shrink_ * shrink_));
-    for (int z = 0; z < grid.cells.z(); ++z) {
-      for (int y = 0; y < grid.cells.y(); ++y) {
-        for (int x = 0; x < grid.cells.x(); ++x, ++index) {
-          const float sigma = grid.sigma_per_m[index];
-          if (sigma > 0) values_[At(Cell(x), Cell(y), Cell(z))] += share * sigma;
-        }
-      }
-    }
+    ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
+      const float sigma = grid.sigma_per_m[index];
+      if (sigma > 0) values_[At(Cell(x), Cell(y), Cell(z))] += share * sigma;
+    });
     for (int axis = 0; axis < 3; ++axis) BlurAlong(axis, blur_cells);
   }
 

@@ -28,18 +28,18 @@ Coarse MakeCoarse(const ExtinctionGrid& grid,
                   const ArrivingLight& light) {
   Coarse coarse;
   coarse.factor = (grid.cells.maxCoeff() + kCells - 1) / kCells;
-  coarse.grid.cells = (grid.cells.array() + coarse.factor - 1) / coarse.factor;
-  coarse.grid.origin_m = grid.origin_m;
-  coarse.grid.cell_m = grid.cell_m * coarse.factor;
-  coarse.grid.sigma_per_m.assign(coarse.grid.Count(), 0.0f);
-  std::vector<Eigen::Array3f> sum(coarse.grid.Count(), Eigen::Array3f::Zero());
+  coarse.grid = {NoBricks((grid.cells.array() + coarse.factor - 1) / coarse.factor,
+                          grid.origin_m,
+                          grid.cell_m * coarse.factor),
+                 {}};
+  std::vector<Eigen::Array3f> sum;
   for (std::size_t v = 0; v < occupied.cell.size(); ++v) {
     const Eigen::Vector3i& at = occupied.cell[v];
     const Eigen::Vector3i large = at / coarse.factor;
-    const std::size_t cell = coarse.grid.Index(large.x(), large.y(), large.z());
-    const float sigma = grid.sigma_per_m[grid.Index(at.x(), at.y(), at.z())];
-    coarse.grid.sigma_per_m[cell] += sigma;
-    sum[cell] += sigma * light.Total(v);
+    const float sigma = grid.At(at.x(), at.y(), at.z());
+    coarse.grid.Add(large.x(), large.y(), large.z(), sigma);
+    sum.resize(coarse.grid.Size(), Eigen::Array3f::Zero());
+    sum[coarse.grid.Index(large.x(), large.y(), large.z())] += sigma * light.Total(v);
   }
   coarse.occupied = FindOccupied(coarse.grid);
   for (const Eigen::Vector3i& at : coarse.occupied.cell) {
@@ -99,9 +99,9 @@ Eigen::Array3f Interpolated(const Coarse& coarse,
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Array3i step(corner & 1, corner >> 1 & 1, corner >> 2);
     const Eigen::Array3i cell = low + step;
-    if ((cell < 0).any() || (cell >= coarse.grid.cells.array()).any()) continue;
-    const int number =
-        coarse.occupied.of_cell[coarse.grid.Index(cell.x(), cell.y(), cell.z())];
+    const std::ptrdiff_t index = coarse.grid.Find(cell.x(), cell.y(), cell.z());
+    if (index < 0) continue;
+    const int number = coarse.occupied.of_cell[static_cast<std::size_t>(index)];
     if (number < 0) continue;
     const float weight = (1 - (at - cell.cast<float>()).abs()).prod();
     sum += weight * values[static_cast<std::size_t>(number)];

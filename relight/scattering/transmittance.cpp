@@ -42,23 +42,42 @@ std::vector<PatternStep> RayPattern(const Eigen::Vector3i& cells,
   }
 }
 
-RowExtents FindRowExtents(const ExtinctionGrid& grid) {
-  const std::size_t rows =
+namespace {
+
+std::size_t RowAt(const ExtinctionGrid& grid, int y, int z) {
+  return static_cast<std::size_t>(y) +
+         static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(z);
+}
+
+}  // namespace
+
+VoxelRows RowsOf(const ExtinctionGrid& grid) {
+  const std::size_t count =
       static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(grid.cells.z());
-  RowExtents extents{std::vector<int>(rows, grid.cells.x()), std::vector<int>(rows, -1)};
-  std::size_t index = 0;
-  for (std::size_t row = 0; row < rows; ++row) {
-    for (int x = 0; x < grid.cells.x(); ++x, ++index) {
-      if (grid.sigma_per_m[index] <= 0) continue;
-      extents.first[row] = std::min(extents.first[row], x);
-      extents.last[row] = x;
+  VoxelRows rows{std::vector<int>(count, grid.cells.x()),
+                 std::vector<int>(count, -1),
+                 std::vector<std::size_t>(count, 0),
+                 {}};
+  // The box's order is that of its rows, so that each voxel goes behind the one before
+  ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
+    const float sigma = grid.sigma_per_m[index];
+    if (sigma <= 0) return;
+    const std::size_t row = RowAt(grid, y, z);
+    if (rows.last[row] < 0) {
+      rows.first[row] = rows.last[row] = x;
+      rows.begin[row] = rows.sigma_per_m.size();
+    } else {
+      const auto empty = static_cast<std::size_t>(x - rows.last[row] - 1);
+      rows.sigma_per_m.insert(rows.sigma_per_m.end(), empty, 0.0f);
+      rows.last[row] = x;
     }
-  }
-  return extents;
+    rows.sigma_per_m.push_back(sigma);
+  });
+  return rows;
 }
 
 void RowOpticalDepth(const ExtinctionGrid& grid,
-                     const RowExtents& rows,
+                     const VoxelRows& rows,
                      const std::vector<PatternStep>& pattern,
                      int x_begin,
                      int x_end,
@@ -72,47 +91,39 @@ void RowOpticalDepth(const ExtinctionGrid& grid,
         source_z >= grid.cells.z()) {
       return;  // The pattern only moves on, so the row has left the grid for good
     }
-    const auto row =
-        static_cast<std::size_t>(source_y) +
-        static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(source_z);
+    const std::size_t row = RowAt(grid, source_y, source_z);
     const int from = std::max(x_begin, rows.first[row] - step.dx);
     const int to = std::min(x_end, rows.last[row] + 1 - step.dx);
     if (from >= to) continue;
     AddScaled(depth + (from - x_begin),
               step.length_m,
-              &grid.sigma_per_m[grid.Index(from + step.dx, source_y, source_z)],
+              rows.At(row, from + step.dx),
               static_cast<std::size_t>(to - from));
   }
 }
 
 namespace {
 
-std::size_t RowAt(const ExtinctionGrid& grid, int y, int z) {
-  return static_cast<std::size_t>(y) +
-         static_cast<std::size_t>(grid.cells.y()) * static_cast<std::size_t>(z);
-}
-
 // What row(begin, end, y, z, values) writes to values[begin … end - 1], voxel by voxel.
 template <class Row>
 std::vector<float> OfRows(const ExtinctionGrid& grid,
                           const OccupiedVoxels& occupied,
-                          const RowExtents& rows,
+                          const VoxelRows& rows,
                           const Row& row) {
   std::vector<float> result(occupied.cell.size());
+  const auto is_below = [](const Eigen::Vector3i& cell, int z) { return cell.z() < z; };
   ParallelRanges(grid.cells.z(), 1, [&](int z_begin, int z_end) {
     std::vector<float> values(static_cast<std::size_t>(grid.cells.x()));
-    for (int z = z_begin; z < z_end; ++z) {
-      for (int y = 0; y < grid.cells.y(); ++y) {
-        const int begin = rows.first[RowAt(grid, y, z)];
-        const int end = rows.last[RowAt(grid, y, z)] + 1;
-        if (begin >= end) continue;
-        row(begin, end, y, z, values.data());
-        for (int x = begin; x < end; ++x) {
-          const int voxel = occupied.of_cell[grid.Index(x, y, z)];
-          if (voxel >= 0) {
-            result[static_cast<std::size_t>(voxel)] = values[static_cast<std::size_t>(x)];
-          }
-        }
+    // Voxels lie row by row, as the grid's
+    const auto end = occupied.cell.end();
+    auto voxel = std::lower_bound(occupied.cell.begin(), end, z_begin, is_below);
+    while (voxel != end && voxel->z() < z_end) {
+      const int y = voxel->y(), z = voxel->z();
+      const std::size_t at = RowAt(grid, y, z);
+      row(rows.first[at], rows.last[at] + 1, y, z, values.data());
+      for (; voxel != end && voxel->y() == y && voxel->z() == z; ++voxel) {
+        result[static_cast<std::size_t>(voxel - occupied.cell.begin())] =
+            values[static_cast<std::size_t>(voxel->x())];
       }
     }
   });
@@ -125,7 +136,7 @@ std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const Eigen::Vector3d& direction) {
   const std::vector<PatternStep> pattern = RayPattern(grid.cells, grid.cell_m, direction);
-  const RowExtents rows = FindRowExtents(grid);
+  const VoxelRows rows = RowsOf(grid);
   return OfRows(grid, occupied, rows, [&](int begin, int end, int y, int z, float* tau) {
     RowOpticalDepth(grid, rows, pattern, begin, end, y, z, tau + begin);
     ExpOfNegative(tau + begin, static_cast<std::size_t>(end - begin));
@@ -184,7 +195,7 @@ std::vector<float> MeanTransmittanceAlong(const ExtinctionGrid& grid,
     bundles.push_back(BundlePattern(
         grid, directions.subspan(i, std::min(kBundle, directions.size() - i))));
   }
-  const RowExtents rows = FindRowExtents(grid);
+  const VoxelRows rows = RowsOf(grid);
   const float share = 1.0f / static_cast<float>(directions.size());
   return OfRows(grid, occupied, rows, [&](int begin, int end, int y, int z, float* mean) {
     std::vector<RowStep> steps;
@@ -203,10 +214,7 @@ std::vector<float> MeanTransmittanceAlong(const ExtinctionGrid& grid,
         const int to = std::min(end, rows.last[source] + 1 - step.dx);
         if (from >= to) continue;
         // Of x = 0, which need not be in the row
-        const float* sigma =
-            grid.sigma_per_m.data() +
-            static_cast<std::ptrdiff_t>(grid.Index(0, source_y, source_z)) + step.dx;
-        steps.push_back({sigma, from, to, step.length_m});
+        steps.push_back({rows.At(source, step.dx), from, to, step.length_m});
       }
       const std::size_t count = std::min(kBundle, directions.size() - b * kBundle);
       AddBundle({steps, count, share, begin, end}, mean);

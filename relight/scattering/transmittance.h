@@ -14,6 +14,7 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -30,16 +31,25 @@ std::vector<PatternStep> RayPattern(const Eigen::Vector3i& cells,
                                     double cell_m,
                                     const Eigen::Vector3d& direction);
 
-// First and last occupied voxel of each row along x; last < first in an empty row.
-struct RowExtents {
-  std::vector<int> first, last;  // Index y + cells.y() * z.
+// A grid in rows along x, each from its first to its last non-empty voxel, one behind the
+// other. All but the extinctions are per row, y + cells.y() * z.
+struct VoxelRows {
+  std::vector<int> first, last;    // last < first in an empty row.
+  std::vector<std::size_t> begin;  // Where the row's first voxel is in
+  std::vector<float> sigma_per_m;
+
+  // Of the voxel x of a row; to be read in [first, last] only.
+  const float* At(std::size_t row, int x) const {
+    return sigma_per_m.data() +
+           (static_cast<std::ptrdiff_t>(begin[row]) + x - first[row]);
+  }
 };
-RowExtents FindRowExtents(const ExtinctionGrid& grid);
+VoxelRows RowsOf(const ExtinctionGrid& grid);
 
 // Optical depths along `pattern` from the centres of the voxels (x_begin … x_end - 1, y,
 // z), written to depth[0 … x_end - x_begin - 1].
 void RowOpticalDepth(const ExtinctionGrid& grid,
-                     const RowExtents& rows,
+                     const VoxelRows& rows,
                      const std::vector<PatternStep>& pattern,
                      int x_begin,
                      int x_end,
@@ -47,8 +57,8 @@ void RowOpticalDepth(const ExtinctionGrid& grid,
                      int z,
                      float* depth);
 
-// tau(u, direction) for each non-empty voxel, in the order of `occupied`. `direction`:
-// unit vector in the world, away from the voxel.
+// tau(u, direction) for each non-empty voxel, in the order of `occupied`, which is that
+// of FindOccupied. `direction`: unit vector in the world, away from the voxel.
 std::vector<float> TransmittanceAlong(const ExtinctionGrid& grid,
                                       const OccupiedVoxels& occupied,
                                       const Eigen::Vector3d& direction);

@@ -8,12 +8,11 @@ namespace relight {
 std::size_t Densify(ExtinctionGrid& grid) {
   const ExtinctionGrid before = grid;
   const auto sigma_at = [&](const Eigen::Vector3i& at) {
-    const bool inside =
-        (at.array() >= 0).all() && (at.array() < grid.cells.array()).all();
-    return inside ? before.sigma_per_m[before.Index(at.x(), at.y(), at.z())] : 0.0f;
+    return before.At(at.x(), at.y(), at.z());
   };
-  std::vector<float> sum(grid.Count(), 0.0f);
-  std::vector<int> givers(grid.Count(), 0);
+  BrickVoxels given = NoBricks(grid.cells, grid.origin_m, grid.cell_m);
+  std::vector<float> sum;
+  std::vector<int> givers;
   for (const Eigen::Vector3i& center : FindOccupied(before).cell) {
     // Count the neighbours
     int neighbours = -1;  // The voxel itself is met too
@@ -39,20 +38,20 @@ std::size_t Densify(ExtinctionGrid& grid) {
     }
     if (present == 0) continue;
     for (const Eigen::Vector3i& at : axial) {
-      const bool inside =
-          (at.array() >= 0).all() && (at.array() < grid.cells.array()).all();
-      if (!inside || sigma_at(at) > 0) continue;
-      const std::size_t index = grid.Index(at.x(), at.y(), at.z());
+      if (!grid.Contains(at.x(), at.y(), at.z()) || sigma_at(at) > 0) continue;
+      const std::size_t index = given.Make(at.x(), at.y(), at.z());
+      sum.resize(given.Size(), 0.0f);
+      givers.resize(given.Size(), 0);
       sum[index] += total / static_cast<float>(present);
       ++givers[index];
     }
   }
   std::size_t filled = 0;
-  for (std::size_t i = 0; i < sum.size(); ++i) {
-    if (givers[i] == 0) continue;
-    grid.sigma_per_m[i] = sum[i] / static_cast<float>(givers[i]);
+  ForEachVoxel(given, [&](int x, int y, int z, std::size_t index) {
+    if (givers[index] == 0) return;
+    grid.Set(x, y, z, sum[index] / static_cast<float>(givers[index]));
     ++filled;
-  }
+  });
   return filled;
 }
 

@@ -8,6 +8,8 @@
 //
 //   t = exp(-sigma * cell_m),   sigma = -ln(1 - alpha) / cell_m           (V1)
 
+#include "relight/volume/brick_voxels.h"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstddef>
@@ -15,28 +17,24 @@
 
 namespace relight {
 
-struct ExtinctionGrid {
-  Eigen::Vector3i cells = {0, 0, 0};     // Voxels along x, y, z.
-  Eigen::Vector3d origin_m = {0, 0, 0};  // Lower corner of voxel (0, 0, 0), ENU.
-  double cell_m = 0.0;                   // Edge of a voxel.
-  std::vector<float> sigma_per_m;        // x fastest; size cells.prod(), all >= 0.
+// 0 where there is no brick, so that memory grows with what is occupied, not with the
+// box.
+struct ExtinctionGrid : BrickVoxels {
+  std::vector<float> sigma_per_m;  // Size() of them, all >= 0.
 
-  std::size_t Count() const {
-    return static_cast<std::size_t>(cells.x()) * static_cast<std::size_t>(cells.y()) *
-           static_cast<std::size_t>(cells.z());
+  // Of any voxel, 0 outside the box as well.
+  float At(int x, int y, int z) const {
+    const std::ptrdiff_t index = Find(x, y, z);
+    return index < 0 ? 0.0f : sigma_per_m[static_cast<std::size_t>(index)];
   }
-  std::size_t Index(int x, int y, int z) const {
-    return static_cast<std::size_t>(x) +
-           static_cast<std::size_t>(cells.x()) *
-               (static_cast<std::size_t>(y) +
-                static_cast<std::size_t>(cells.y()) * static_cast<std::size_t>(z));
-  }
-  Eigen::Vector3d Center(int x, int y, int z) const {
-    return origin_m + cell_m * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
-  }
-  Eigen::AlignedBox3d Bounds() const {
-    return {origin_m, origin_m + cell_m * cells.cast<double>()};
-  }
+  // Throws std::logic_error outside the box.
+  void Set(int x, int y, int z, float sigma);
+  // Adds to what is there.
+  void Add(int x, int y, int z, float sigma) { Set(x, y, z, At(x, y, z) + sigma); }
+  // Gives back what bricks without any extinction take.
+  void DropEmptyBricks();
+  // Of memory.
+  std::size_t Bytes() const;
 };
 
 // An empty grid that covers `bounds_in_world`: `cells_longest` voxels along its longest
@@ -44,10 +42,12 @@ struct ExtinctionGrid {
 // 1 … 1024 voxels or for an empty box.
 ExtinctionGrid EmptyGrid(const Eigen::AlignedBox3d& bounds_in_world, int cells_longest);
 
-// The non-empty voxels of a grid, in the grid's order.
+// The non-empty voxels of a grid, in the order of its box: x fastest, then y, then z.
 struct OccupiedVoxels {
-  std::vector<int> of_cell;  // Per voxel of the grid: its number here, or -1.
+  std::vector<int> of_cell;  // Per value of the grid: its number here, or -1.
   std::vector<Eigen::Vector3i> cell;
+
+  std::size_t Bytes() const;  // Of memory.
 };
 OccupiedVoxels FindOccupied(const ExtinctionGrid& grid);
 

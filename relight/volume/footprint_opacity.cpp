@@ -55,63 +55,98 @@ void RequireUsable(std::span<const MatteView> views) {
   }
 }
 
-std::vector<float> FootprintOpacity(const ExtinctionGrid& grid,
-                                    std::span<const MatteView> views,
-                                    int kth_smallest,
-                                    const Progress& progress) {
+namespace {
+
+// Of the voxel (x, y, z); `means` is room to work in.
+float OpacityOf(const Eigen::Vector3d& center,
+                double cell_m,
+                std::span<const MatteView> views,
+                const std::vector<cv::Mat1d>& sums,
+                std::size_t kth_smallest,
+                std::vector<double>& means) {
+  const Eigen::Vector2d edge(0.5, 0.5);
+  means.clear();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Camera& camera = views[v].camera;
+    const auto seen = camera.Project(center);
+    if (!seen) continue;
+    // Beyond the frame a matte goes on as at its border: empty stays empty, of a tree
+    // that is cut off nothing is known
+    const Eigen::Vector2d frame(camera.width_px, camera.height_px);
+    const Eigen::Vector2d at = seen->cwiseMax(0.5).cwiseMin(frame - edge);
+    // A cube seen from afar covers about the square of its edge
+    const double depth_m = (camera.camera_from_world * center).z();
+    const Eigen::Vector2d half = 0.5 * cell_m / depth_m * camera.focal_px;
+    const double mean = MeanOf(sums[v],
+                               at.x() - half.x(),
+                               at.y() - half.y(),
+                               at.x() + half.x(),
+                               at.y() + half.y());
+    if (at == *seen || mean < kEmptyBorder) means.push_back(mean);
+  }
+  if (means.empty()) return 0.0f;
+  std::sort(means.begin(), means.end());
+  const std::size_t k = kth_smallest <= means.size() ? kth_smallest - 1 : 0;
+  return static_cast<float>(std::clamp(means[k], 0.0, 1.0));
+}
+
+}  // namespace
+
+Footprints FootprintOpacity(const BrickVoxels& box,
+                            std::span<const MatteView> views,
+                            const FootprintOptions& options,
+                            const Progress& progress) {
   RequireUsable(views);
-  if (kth_smallest < 1) {
-    throw OptionError("kth-smallest must be >= 1, got " + std::to_string(kth_smallest));
+  if (options.kth_smallest < 1) {
+    throw OptionError("kth-smallest must be >= 1, got " +
+                      std::to_string(options.kth_smallest));
   }
   std::vector<cv::Mat1d> sums(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
     cv::integral(views[v].alpha, sums[v], CV_64F);
   }
 
-  std::vector<float> opacity(grid.Count());
-  ParallelRanges(
-      grid.cells.z(),
-      1,
-      [&](int z_begin, int z_end) {
-        const Eigen::Vector2d edge(0.5, 0.5);
-        std::vector<double> means;
-        for (int z = z_begin; z < z_end; ++z) {
-          for (int y = 0; y < grid.cells.y(); ++y) {
-            for (int x = 0; x < grid.cells.x(); ++x) {
-              const Eigen::Vector3d center = grid.Center(x, y, z);
-              means.clear();
-              for (std::size_t v = 0; v < views.size(); ++v) {
-                const Camera& camera = views[v].camera;
-                const auto seen = camera.Project(center);
-                if (!seen) continue;
-                // Beyond the frame a matte goes on as at its border: empty stays empty,
-                // of a tree that is cut off nothing is known
-                const Eigen::Vector2d frame(camera.width_px, camera.height_px);
-                const Eigen::Vector2d at = seen->cwiseMax(0.5).cwiseMin(frame - edge);
-                // A cube seen from afar covers about the square of its edge
-                const double depth_m = (camera.camera_from_world * center).z();
-                const Eigen::Vector2d half =
-                    0.5 * grid.cell_m / depth_m * camera.focal_px;
-                const double mean = MeanOf(sums[v],
-                                           at.x() - half.x(),
-                                           at.y() - half.y(),
-                                           at.x() + half.x(),
-                                           at.y() + half.y());
-                if (at == *seen || mean < kEmptyBorder) means.push_back(mean);
+  // Slabs of whole bricks are found one after another, and put into bricks
+  constexpr int kSlab = 4 * BrickVoxels::kEdge;
+  Footprints found{NoBricks(box.cells, box.origin_m, box.cell_m), {}};
+  const auto columns = static_cast<std::size_t>(box.cells.x());
+  const std::size_t layer = columns * static_cast<std::size_t>(box.cells.y());
+  std::vector<float> slab(layer * static_cast<std::size_t>(kSlab));
+  for (int low = 0; low < box.cells.z(); low += kSlab) {
+    const int layers = std::min(kSlab, box.cells.z() - low);
+    ParallelRanges(
+        layers,
+        1,
+        [&](int begin, int end) {
+          std::vector<double> means;
+          for (int z = begin; z < end; ++z) {
+            float* opacity = &slab[static_cast<std::size_t>(z) * layer];
+            for (int y = 0; y < box.cells.y(); ++y) {
+              for (int x = 0; x < box.cells.x(); ++x, ++opacity) {
+                *opacity = OpacityOf(box.Center(x, y, low + z),
+                                     box.cell_m,
+                                     views,
+                                     sums,
+                                     static_cast<std::size_t>(options.kth_smallest),
+                                     means);
               }
-              if (means.empty()) continue;
-              std::sort(means.begin(), means.end());
-              const std::size_t k = static_cast<std::size_t>(kth_smallest) <= means.size()
-                                        ? static_cast<std::size_t>(kth_smallest) - 1
-                                        : 0;
-              opacity[grid.Index(x, y, z)] =
-                  static_cast<float>(std::clamp(means[k], 0.0, 1.0));
             }
           }
+        },
+        progress.Part(1.0 * low / box.cells.z(), 1.0 * (low + layers) / box.cells.z()));
+    const float* opacity = slab.data();
+    for (int z = low; z < low + layers; ++z) {
+      for (int y = 0; y < box.cells.y(); ++y) {
+        for (int x = 0; x < box.cells.x(); ++x, ++opacity) {
+          if (*opacity <= 0 || *opacity < options.least_alpha) continue;
+          const std::size_t index = found.voxels.Make(x, y, z);
+          found.opacity.resize(found.voxels.Size(), 0.0f);
+          found.opacity[index] = *opacity;
         }
-      },
-      progress);
-  return opacity;
+      }
+    }
+  }
+  return found;
 }
 
 }  // namespace relight

@@ -139,19 +139,18 @@ ExtinctionGrid ProjectedOpacity(std::span<const MatteView> views,
                                 const Eigen::AlignedBox3d& bounds_in_world,
                                 const ProjectedOpacityOptions& options,
                                 const Progress& progress) {
-  ExtinctionGrid grid = EmptyGrid(bounds_in_world, options.cells);
-
   // Start from the footprints; what any matte calls empty stays so
-  const std::vector<float> start =
-      FootprintOpacity(grid, views, options.kth_smallest, progress.Part(0.0, 0.1));
-  for (std::size_t i = 0; i < start.size(); ++i) grid.sigma_per_m[i] = start[i];
+  Footprints start = FootprintOpacity(EmptyGrid(bounds_in_world, options.cells),
+                                      views,
+                                      {.kth_smallest = options.kth_smallest},
+                                      progress.Part(0.0, 0.1));
+  ExtinctionGrid grid{std::move(start.voxels), std::move(start.opacity)};
   OccupiedVoxels occupied = FindOccupied(grid);
   std::vector<float> transparency;
-  for (const float alpha : start) {
-    if (alpha > 0) {
-      transparency.push_back(std::max(
-          1 - std::min(alpha, static_cast<float>(options.alpha_max)), kMinTransparency));
-    }
+  for (const Eigen::Vector3i& at : occupied.cell) {
+    const float alpha = grid.At(at.x(), at.y(), at.z());
+    transparency.push_back(std::max(
+        1 - std::min(alpha, static_cast<float>(options.alpha_max)), kMinTransparency));
   }
 
   std::vector<Strip> strips = MakeStrips(views);
@@ -190,7 +189,7 @@ ExtinctionGrid ProjectedOpacity(std::span<const MatteView> views,
     // Move each cell by its mean, and empty what is clearer than the cutoff
     std::size_t kept = 0;
     OccupiedVoxels left;
-    left.of_cell.assign(grid.Count(), -1);
+    left.of_cell.assign(grid.Size(), -1);
     for (std::size_t cell = 0; cell < occupied.cell.size(); ++cell) {
       double movement = 0.0, weight = 0.0;
       for (const Strip& strip : strips) {
@@ -222,6 +221,7 @@ ExtinctionGrid ProjectedOpacity(std::span<const MatteView> views,
     grid.sigma_per_m[grid.Index(at.x(), at.y(), at.z())] =
         static_cast<float>(-std::log(transparency[cell]) / grid.cell_m);
   }
+  grid.DropEmptyBricks();
   return grid;
 }
 

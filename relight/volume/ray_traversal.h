@@ -8,18 +8,19 @@
 #include "relight/volume/extinction_grid.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 namespace relight {
 
-// Calls visit(voxel index, entry [m from the ray's origin], length [m]) for each voxel
-// from `start_m` on; visit answers false to stop. Voxels of no length are passed over.
-// The sum of the lengths is the length of the ray inside the grid.
+// Calls visit(index of the value, entry [m from the ray's origin], length [m]) for each
+// voxel from `start_m` on that is in a brick; visit answers false to stop. Voxels of no
+// length are passed over. Where all of the box is in bricks, the sum of the lengths is
+// the length of the ray inside the box.
 template <class Visit>
-void TraverseRay(const ExtinctionGrid& grid,
+void TraverseRay(const BrickVoxels& voxels,
                  const Ray& ray,
                  double start_m,
                  Visit&& visit) {
@@ -27,12 +28,9 @@ void TraverseRay(const ExtinctionGrid& grid,
 
   // Enter and leave the box, slab by slab
   double enter = start_m, leave = kFar;
-  std::array<double, 3> to_exit_m{};   // Ray parameter of the next face of each axis
-  std::array<double, 3> per_cell_m{};  // From one face to the next
-  std::array<int, 3> cell{}, step{};
   for (int axis = 0; axis < 3; ++axis) {
-    const double low = grid.origin_m[axis] - ray.origin[axis];
-    const double high = low + grid.cell_m * grid.cells[axis];
+    const double low = voxels.origin_m[axis] - ray.origin[axis];
+    const double high = low + voxels.cell_m * voxels.cells[axis];
     const double slope = ray.direction[axis];
     if (std::abs(slope) < 1e-12) {
       if (low > 0 || high < 0) return;
@@ -43,42 +41,68 @@ void TraverseRay(const ExtinctionGrid& grid,
   }
   if (!(enter < leave)) return;
 
-  // First voxel, and where its faces are
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<Eigen::Index>(axis);
-    const double slope = ray.direction[a];
-    const double at = (ray.origin[a] + enter * slope - grid.origin_m[a]) / grid.cell_m;
-    cell[axis] = std::clamp(static_cast<int>(std::floor(at)), 0, grid.cells[a] - 1);
-    step[axis] = slope > 0 ? 1 : -1;
-    if (std::abs(slope) < 1e-12) {
-      to_exit_m[axis] = per_cell_m[axis] = kFar;
-      continue;
-    }
-    const double face = grid.origin_m[a] +
-                        grid.cell_m * (cell[axis] + (slope > 0 ? 1 : 0)) - ray.origin[a];
-    to_exit_m[axis] = face / slope;
-    per_cell_m[axis] = grid.cell_m / std::abs(slope);
-  }
+  // First voxel, and where its faces are. An axis has its numbers apart from the others',
+  // so that all of them stay in registers
+  struct Axis {
+    double to_exit_m = kFar;   // Ray parameter of the next face
+    double per_cell_m = kFar;  // From one face to the next
+    int cell = 0, step = 1, cells = 0;
+    int edge = 0;               // The cell that is no more in this brick, or in the box
+    std::ptrdiff_t stride = 0;  // Of values in a brick
+  };
+  const auto start = [&](int axis) {
+    Axis a;
+    const double slope = ray.direction[axis];
+    const double at =
+        (ray.origin[axis] + enter * slope - voxels.origin_m[axis]) / voxels.cell_m;
+    a.cells = voxels.cells[axis];
+    a.cell = std::clamp(static_cast<int>(std::floor(at)), 0, a.cells - 1);
+    a.step = slope > 0 ? 1 : -1;
+    a.edge = slope > 0 ? std::min((a.cell | 7) + 1, a.cells) : (a.cell & ~7) - 1;
+    a.stride = a.step * (std::ptrdiff_t{1} << 3 * axis);
+    if (std::abs(slope) < 1e-12) return a;
+    const double face = voxels.origin_m[axis] +
+                        voxels.cell_m * (a.cell + (slope > 0 ? 1 : 0)) - ray.origin[axis];
+    a.to_exit_m = face / slope;
+    a.per_cell_m = voxels.cell_m / std::abs(slope);
+    return a;
+  };
+  Axis x = start(0), y = start(1), z = start(2);
 
   // Walk from face to face
-  const std::array<std::ptrdiff_t, 3> stride = {
-      1, grid.cells.x(), static_cast<std::ptrdiff_t>(grid.cells.x()) * grid.cells.y()};
-  auto index = static_cast<std::ptrdiff_t>(grid.Index(cell[0], cell[1], cell[2]));
+  const auto index_here = [&] {
+    return static_cast<std::ptrdiff_t>(voxels.BrickOf(x.cell, y.cell, z.cell)) *
+               BrickVoxels::kPerBrick +
+           BrickVoxels::Local(x.cell, y.cell, z.cell);
+  };
+  std::ptrdiff_t index = index_here();  // Below 0 where there is no brick
   double at = enter;
-  for (;;) {
-    const std::size_t axis = to_exit_m[0] < to_exit_m[1]
-                                 ? (to_exit_m[0] < to_exit_m[2] ? 0 : 2)
-                                 : (to_exit_m[1] < to_exit_m[2] ? 1 : 2);
-    const double exit = std::min(to_exit_m[axis], leave);
+  const auto goes_on = [&](Axis& a) {
+    const double exit = std::min(a.to_exit_m, leave);
     if (exit > at) {
-      if (!visit(static_cast<std::size_t>(index), at, exit - at)) return;
+      if (index >= 0 && !visit(static_cast<std::size_t>(index), at, exit - at)) {
+        return false;
+      }
       at = exit;
     }
-    cell[axis] += step[axis];
-    if (cell[axis] < 0 || cell[axis] >= grid.cells[static_cast<Eigen::Index>(axis)])
-      return;
-    index += step[axis] * stride[axis];
-    to_exit_m[axis] += per_cell_m[axis];
+    a.to_exit_m += a.per_cell_m;
+    a.cell += a.step;
+    index += a.stride;
+    if (a.cell != a.edge) return true;
+    if (a.cell < 0 || a.cell >= a.cells) return false;
+    a.edge = a.step > 0 ? std::min(a.cell + BrickVoxels::kEdge, a.cells)
+                        : a.cell - BrickVoxels::kEdge;
+    index = index_here();
+    return true;
+  };
+  for (bool on = true; on;) {
+    if (x.to_exit_m < y.to_exit_m && x.to_exit_m < z.to_exit_m) {
+      on = goes_on(x);
+    } else if (y.to_exit_m < z.to_exit_m) {
+      on = goes_on(y);
+    } else {
+      on = goes_on(z);
+    }
   }
 }
 

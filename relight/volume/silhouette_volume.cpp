@@ -125,36 +125,38 @@ ExtinctionGrid SilhouetteVolume(const MatteView& view,
   const double margin = box.sizes().maxCoeff() / options.cells;
   box = Eigen::AlignedBox3d(box.min().array() - margin, box.max().array() + margin);
 
-  ExtinctionGrid grid = EmptyGrid(box, options.cells);
-  const std::vector<float> opacity = FootprintOpacity(grid, {&view, 1}, 1);
-  ParallelRanges(grid.cells.z(), 1, [&](int begin, int end) {
-    for (int z = begin; z < end; ++z) {
-      for (int y = 0; y < grid.cells.y(); ++y) {
-        for (int x = 0; x < grid.cells.x(); ++x) {
-          const Eigen::Vector3d center = grid.Center(x, y, z);
-          const auto pixel = camera.Project(center);
-          if (!pixel || pixel->y() < 0 || pixel->y() >= camera.height_px) continue;
-          const Ellipse& ellipse = ellipses[static_cast<std::size_t>(pixel->y())];
-          const Eigen::Vector3d from_eye = center - eye;
-          const double ahead_m = from_eye.dot(ahead);
-          if (ellipse.half_depth_m == 0 || ahead_m <= 0) continue;
-          const Eigen::Vector3d seen = eye + tree_distance_m / ahead_m * from_eye;
-          const double aside = (seen - ellipse.middle).norm() / ellipse.half_width_m;
-          if (aside >= 1) continue;
-          const double half_chord_m = ellipse.half_depth_m * std::sqrt(1 - aside * aside);
-          if (std::abs(ahead_m - tree_distance_m) > half_chord_m) continue;
+  Footprints footprints = FootprintOpacity(EmptyGrid(box, options.cells), {&view, 1});
+  ExtinctionGrid grid{std::move(footprints.voxels), {}};
+  grid.sigma_per_m.assign(grid.Size(), 0.0f);
+  constexpr int kValues = 8 * BrickVoxels::kPerBrick;  // A task
+  ParallelRanges(static_cast<int>(grid.Size()), kValues, [&](int begin, int end) {
+    for (auto index = static_cast<std::size_t>(begin);
+         index < static_cast<std::size_t>(end);
+         ++index) {
+      if (footprints.opacity[index] == 0) continue;
+      const Eigen::Vector3i at = grid.VoxelAt(index);
+      const Eigen::Vector3d center = grid.Center(at.x(), at.y(), at.z());
+      const auto pixel = camera.Project(center);
+      if (!pixel || pixel->y() < 0 || pixel->y() >= camera.height_px) continue;
+      const Ellipse& ellipse = ellipses[static_cast<std::size_t>(pixel->y())];
+      const Eigen::Vector3d from_eye = center - eye;
+      const double ahead_m = from_eye.dot(ahead);
+      if (ellipse.half_depth_m == 0 || ahead_m <= 0) continue;
+      const Eigen::Vector3d seen = eye + tree_distance_m / ahead_m * from_eye;
+      const double aside = (seen - ellipse.middle).norm() / ellipse.half_width_m;
+      if (aside >= 1) continue;
+      const double half_chord_m = ellipse.half_depth_m * std::sqrt(1 - aside * aside);
+      if (std::abs(ahead_m - tree_distance_m) > half_chord_m) continue;
 
-          // (V2) along the ray, which need not be level; a chord is at least a voxel long
-          const std::size_t index = grid.Index(x, y, z);
-          const double alpha = std::min<double>(opacity[index], options.alpha_max);
-          const double chord_m =
-              std::max(2 * half_chord_m * from_eye.norm() / ahead_m, grid.cell_m);
-          grid.sigma_per_m[index] =
-              static_cast<float>(-std::log1p(-alpha) / chord_m * options.scale);
-        }
-      }
+      // (V2) along the ray, which need not be level; a chord is at least a voxel long
+      const double alpha = std::min<double>(footprints.opacity[index], options.alpha_max);
+      const double chord_m =
+          std::max(2 * half_chord_m * from_eye.norm() / ahead_m, grid.cell_m);
+      grid.sigma_per_m[index] =
+          static_cast<float>(-std::log1p(-alpha) / chord_m * options.scale);
     }
   });
+  grid.DropEmptyBricks();
   return grid;
 }
 

@@ -4,6 +4,7 @@
 #include "relight/base/error.h"
 #include "relight/base/parallel.h"
 #include "relight/volume/brick_voxels.h"
+#include "relight/volume/ray_traversal.h"
 
 #include <opencv2/imgproc.hpp>
 
@@ -32,7 +33,7 @@ struct MatteRay {
 
 struct RayView {
   Camera camera;
-  Eigen::Vector3d eye;
+  Eigen::Vector3d eye;  // In voxel edges from the box's lower corner, as the rays are.
   double weight = 1;
   std::vector<MatteRay> rays;  // Those that meet such a voxel.
 
@@ -41,16 +42,22 @@ struct RayView {
   }
 };
 
+struct Level {
+  BrickVoxels frame;   // The box alone.
+  BrickVoxels voxels;  // Those of it that may hold tree, with their edge as the unit.
+  std::vector<std::uint8_t> may_hold_tree;  // Per value; the others stay 0.
+  std::vector<float> depth;                 // s of (V3).
+  std::vector<RayView> views;
+};
+
 // The matte averaged over squares of kRayPitch voxels, or as it is where it is coarser.
-RayView RaysOf(const MatteView& view,
-               const BrickVoxels& voxels,
-               const std::vector<std::uint8_t>& may_hold_tree,
-               double leaf_spread) {
+RayView RaysOf(const MatteView& view, const Level& level, double leaf_spread) {
+  const BrickVoxels& frame = level.frame;
   const Eigen::Vector3d middle =
-      voxels.origin_m + voxels.cell_m / 2 * voxels.cells.cast<double>();
+      frame.origin_m + frame.cell_m / 2 * frame.cells.cast<double>();
   const double distance_m = (middle - view.camera.PositionInWorld()).norm();
   const double pixel_m = distance_m / view.camera.focal_px.mean();
-  const double shrink = std::max(1.0, kRayPitch * voxels.cell_m / pixel_m);
+  const double shrink = std::max(1.0, kRayPitch * frame.cell_m / pixel_m);
   const cv::Size size(
       std::max(1, static_cast<int>(std::lround(view.alpha.cols / shrink))),
       std::max(1, static_cast<int>(std::lround(view.alpha.rows / shrink))));
@@ -58,9 +65,8 @@ RayView RaysOf(const MatteView& view,
   if (size != alpha.size()) cv::resize(view.alpha, alpha, size, 0, 0, cv::INTER_AREA);
   RayView result;
   result.camera = view.camera.Resized(size.width, size.height);
-  result.eye = result.camera.PositionInWorld();
-  const Eigen::Vector2d edge =
-      distance_m / voxels.cell_m / result.camera.focal_px.array();
+  result.eye = (result.camera.PositionInWorld() - frame.origin_m) / frame.cell_m;
+  const Eigen::Vector2d edge = distance_m / frame.cell_m / result.camera.focal_px.array();
   const auto area = static_cast<float>(edge.prod());
   const auto weight_of = [&, c = static_cast<float>(leaf_spread)](float a) {
     constexpr float kUsualSpread = 0.12f;  // Of a crown: the prior keeps its weight
@@ -75,9 +81,11 @@ RayView RaysOf(const MatteView& view,
                      static_cast<float>(row) + 0.5f,
                      alpha(row, column),
                      weight_of(alpha(row, column))};
-        TraverseBricks(voxels, result.At(ray), [&](std::size_t at, float length) {
-          if (may_hold_tree[at] != 0) ray.length += length;
-        });
+        TraverseRay(
+            level.voxels, result.At(ray), 0.0, [&](std::size_t at, double, double edges) {
+              if (level.may_hold_tree[at] != 0) ray.length += static_cast<float>(edges);
+              return true;
+            });
         if (ray.length > 0) of_row[static_cast<std::size_t>(row)].push_back(ray);
       }
     }
@@ -89,13 +97,6 @@ RayView RaysOf(const MatteView& view,
 }
 
 // --- One resolution -------------------------------------------------------------------
-
-struct Level {
-  BrickVoxels voxels;
-  std::vector<std::uint8_t> may_hold_tree;  // Per value; the others stay 0.
-  std::vector<float> depth;                 // s of (V3).
-  std::vector<RayView> views;
-};
 
 struct Fit {
   double sum = 0;      // w_v a_v q_p e^2 over all rays.
@@ -138,10 +139,13 @@ std::vector<PerVoxel> BackProject(const Level& level,
         const MatteRay& ray = view.rays[i];
         crossed.clear();
         float sum = 0;
-        TraverseBricks(level.voxels, view.At(ray), [&](std::size_t at, float length) {
-          sum += length * depth[at];
-          crossed.push_back({at, length});
-        });
+        TraverseRay(
+            level.voxels, view.At(ray), 0.0, [&](std::size_t at, double, double edges) {
+              const auto length = static_cast<float>(edges);
+              sum += length * depth[at];
+              crossed.push_back({at, length});
+              return true;
+            });
         fit.crossings += crossed.size();
         const float transmittance = std::exp(-sum);
         const float error = 1 - transmittance - ray.alpha;
@@ -260,18 +264,17 @@ double AddPrior(const BrickVoxels& voxels,
 
 // The bricks of all voxels whose k-th smallest footprint is not empty, and that are not
 // far from what the coarser resolution holds; its values, interpolated, are the start.
-// `frame` needs no values.
-Level MakeLevel(const ExtinctionGrid& frame,
+Level MakeLevel(const BrickVoxels& frame,
                 std::span<const MatteView> views,
                 const TomographyOptions& options,
                 const Level* coarser,
                 const Progress& progress) {
-  constexpr int kSlab = 32;  // Whole bricks; bounds what footprints take of memory
   Level level;
-  level.voxels = NoBricks(frame);
+  level.frame = frame;
+  level.voxels = NoBricks(frame.cells, Eigen::Vector3d::Zero(), 1.0);
   const auto coarse_at = [&](const Eigen::Vector3d& at) -> std::array<float, 2> {
     // Value between the eight centres around, and the largest of them
-    const BrickVoxels& from = coarser->voxels;
+    const BrickVoxels& from = coarser->frame;
     const Eigen::Vector3d cell =
         (at - from.origin_m) / from.cell_m - Eigen::Vector3d::Constant(0.5);
     const Eigen::Vector3i low = cell.array().floor().cast<int>();
@@ -279,7 +282,7 @@ Level MakeLevel(const ExtinctionGrid& frame,
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3i c =
           low + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
-      const auto found = from.Find(c.x(), c.y(), c.z());
+      const auto found = coarser->voxels.Find(c.x(), c.y(), c.z());
       if (found < 0) continue;
       const float s = coarser->depth[static_cast<std::size_t>(found)];
       const Eigen::Array3d share = 1 - (cell - c.cast<double>()).array().abs();
@@ -289,47 +292,28 @@ Level MakeLevel(const ExtinctionGrid& frame,
     const auto ratio = static_cast<float>(frame.cell_m / from.cell_m);
     return {value * ratio, most * ratio};
   };
-  for (int z0 = 0; z0 < frame.cells.z(); z0 += kSlab) {
-    ExtinctionGrid slab = frame;
-    slab.origin_m.z() += z0 * frame.cell_m;
-    slab.cells.z() = std::min(kSlab, frame.cells.z() - z0);
-    const std::vector<float> footprint =
-        FootprintOpacity(slab,
-                         views,
-                         options.kth_smallest,
-                         progress.Part(1.0 * z0 / frame.cells.z(),
-                                       (z0 + 1.0 * slab.cells.z()) / frame.cells.z()));
-    std::size_t index = 0;
-    for (int z = z0; z < z0 + slab.cells.z(); ++z) {
-      for (int y = 0; y < slab.cells.y(); ++y) {
-        for (int x = 0; x < slab.cells.x(); ++x, ++index) {
-          if (footprint[index] < kEmptyFootprint) continue;
-          float start = static_cast<float>(0.5 * frame.cell_m);  // A usual crown's
-          if (coarser != nullptr) {
-            const auto [value, most] = coarse_at(frame.Center(x, y, z));
-            if (most < kEmptyDepth) continue;
-            start = value;
-          }
-          std::int32_t& brick = level.voxels.brick_of[static_cast<std::size_t>(
-              ((z >> 3) * level.voxels.bricks.y() + (y >> 3)) * level.voxels.bricks.x() +
-              (x >> 3))];
-          if (brick < 0) {
-            brick = static_cast<std::int32_t>(level.voxels.brick_at.size());
-            level.voxels.brick_at.emplace_back(x & ~7, y & ~7, z & ~7);
-            level.depth.resize(level.voxels.Size(), 0.0f);
-            level.may_hold_tree.resize(level.voxels.Size(), 0);
-          }
-          const auto at = static_cast<std::size_t>(brick) * BrickVoxels::kPerBrick +
-                          static_cast<std::size_t>(BrickVoxels::Local(x, y, z));
-          level.depth[at] = start;
-          level.may_hold_tree[at] = 1;
-        }
-      }
+  const Footprints footprints = FootprintOpacity(
+      frame,
+      views,
+      {.kth_smallest = options.kth_smallest, .least_alpha = kEmptyFootprint},
+      progress);
+  ForEachVoxel(footprints.voxels, [&](int x, int y, int z, std::size_t index) {
+    if (footprints.opacity[index] == 0) return;
+    float start = static_cast<float>(0.5 * frame.cell_m);  // A usual crown's
+    if (coarser != nullptr) {
+      const auto [value, most] = coarse_at(frame.Center(x, y, z));
+      if (most < kEmptyDepth) return;
+      start = value;
     }
+    const std::size_t at = level.voxels.Make(x, y, z);
+    level.depth.resize(level.voxels.Size(), 0.0f);
+    level.may_hold_tree.resize(level.voxels.Size(), 0);
+    level.depth[at] = start;
+    level.may_hold_tree[at] = 1;
+  });
+  for (const MatteView& view : views) {
+    level.views.push_back(RaysOf(view, level, options.leaf_spread));
   }
-  for (const MatteView& view : views)
-    level.views.push_back(
-        RaysOf(view, level.voxels, level.may_hold_tree, options.leaf_spread));
   return level;
 }
 
@@ -448,10 +432,11 @@ Tomography EstimateTomography(std::span<const MatteView> views,
   double mean_square = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Progress part = progress.Part(ends[i] / ends.back(), ends[i + 1] / ends.back());
-    ExtinctionGrid frame = EmptyGrid(bounds_in_world, cells[i]);
-    frame.sigma_per_m = std::vector<float>();  // Bricks hold what there is
-    Level next =
-        MakeLevel(frame, views, options, i == 0 ? nullptr : &level, part.Part(0, 0.1));
+    Level next = MakeLevel(EmptyGrid(bounds_in_world, cells[i]),
+                           views,
+                           options,
+                           i == 0 ? nullptr : &level,
+                           part.Part(0, 0.1));
     level = std::move(next);
     if (level.depth.empty()) {
       throw InputError(
@@ -485,21 +470,19 @@ Tomography EstimateTomography(std::span<const MatteView> views,
   };
   const std::vector<PerVoxel> seen = BackProject(level, level.depth, through, fits, {});
 
-  result.grid = EmptyGrid(bounds_in_world, options.cells);
-  for (std::size_t b = 0; b < level.voxels.brick_at.size(); ++b) {
-    const Eigen::Vector3i& low = level.voxels.brick_at[b];
-    std::size_t at = b * BrickVoxels::kPerBrick;
-    for (int z = low.z(); z < low.z() + 8; ++z) {
-      for (int y = low.y(); y < low.y() + 8; ++y) {
-        for (int x = low.x(); x < low.x() + 8; ++x, ++at) {
-          if (level.depth[at] < kEmptyDepth) continue;
-          if (seen[at][0] <= 0.02f * seen[at][1]) ++result.hidden_voxels;
-          result.grid.sigma_per_m[result.grid.Index(x, y, z)] =
-              static_cast<float>(level.depth[at] / result.grid.cell_m);
-        }
-      }
+  for (std::size_t i = 0; i < level.depth.size(); ++i) {
+    float& depth = level.depth[i];
+    if (depth < kEmptyDepth) {
+      depth = 0;
+      continue;
     }
+    if (seen[i][0] <= 0.02f * seen[i][1]) ++result.hidden_voxels;
+    depth = static_cast<float>(depth / level.frame.cell_m);  // From here on [1/m]
   }
+  result.grid = {std::move(level.voxels), std::move(level.depth)};
+  result.grid.origin_m = level.frame.origin_m;
+  result.grid.cell_m = level.frame.cell_m;
+  result.grid.DropEmptyBricks();
   return result;
 }
 

@@ -56,8 +56,8 @@ struct Tomography {
   std::uint64_t crossings = 0;    // Of a ray and a voxel, in all passes.
 };
 
-// Memory grows with the voxels that the mattes leave, but for the grid itself. The same
-// bytes for any number of threads. Throws InputError when nothing is left of the tree,
+// Memory grows with the voxels that the mattes leave. The same bytes for any number of
+// threads. Throws InputError when nothing is left of the tree,
 // Cancelled; and as FootprintOpacity.
 Tomography EstimateTomography(std::span<const MatteView> views,
                               const Eigen::AlignedBox3d& bounds_in_world,

@@ -160,10 +160,11 @@ void WriteVolume(const fs::path& file,
   auto vdb = EmptyVdb(grid, kExtinction);
   vdb->insertMeta("unit", openvdb::StringMetadata("1/m"));
   auto accessor = vdb->getAccessor();
-  for (const Eigen::Vector3i& at : FindOccupied(grid).cell) {
-    accessor.setValue({at.x(), at.y(), at.z()},
-                      grid.sigma_per_m[grid.Index(at.x(), at.y(), at.z())]);
-  }
+  ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
+    if (grid.sigma_per_m[index] > 0) {
+      accessor.setValue({x, y, z}, grid.sigma_per_m[index]);
+    }
+  });
   WriteGrids(file, {vdb}, metadata);
 }
 
@@ -198,13 +199,13 @@ ExtinctionGrid ReadVolume(const fs::path& file) {
   for (int axis = 0; axis < 3; ++axis) {
     if (cells[axis] < 1 || cells[axis] > 1024) fail("a side has not 1 to 1024 voxels");
   }
-  ExtinctionGrid grid;
-  grid.cells = {cells.x(), cells.y(), cells.z()};
-  grid.cell_m = size.x();
   const openvdb::Vec3d center = vdb->indexToWorld(low);
-  grid.origin_m =
-      Eigen::Vector3d(center.x(), center.y(), center.z()).array() - grid.cell_m / 2;
-  grid.sigma_per_m.assign(grid.Count(), 0.0f);
+  ExtinctionGrid grid{
+      NoBricks({cells.x(), cells.y(), cells.z()},
+               Eigen::Vector3d(center.x(), center.y(), center.z()).array() - size.x() / 2,
+               size.x()),
+      {}};
+  grid.sigma_per_m.reserve(vdb->tree().leafCount() * BrickVoxels::kPerBrick);
   for (auto value = vdb->cbeginValueOn(); value; ++value) {
     const openvdb::CoordBBox box = value.getBoundingBox();
     if (!std::isfinite(*value) || *value < 0)
@@ -215,7 +216,7 @@ ExtinctionGrid ReadVolume(const fs::path& file) {
           c.y() >= cells.y() || c.z() >= cells.z()) {
         fail("a voxel lies outside the box");
       }
-      grid.sigma_per_m[grid.Index(c.x(), c.y(), c.z())] = *value;
+      grid.Set(c.x(), c.y(), c.z(), *value);
     }
   }
   return grid;
@@ -313,8 +314,11 @@ ExtinctionGrid ImportVdb(const fs::path& file, const VdbImport& options) {
           }
           sum += openvdb::tools::BoxSampler::sample(accessor, index);
         }
-        grid.sigma_per_m[grid.Index(x, y, z)] =
-            static_cast<float>(sum / (points * points * points) * options.scale_per_m);
+        grid.Set(
+            x,
+            y,
+            z,
+            static_cast<float>(sum / (points * points * points) * options.scale_per_m));
       }
     }
   }

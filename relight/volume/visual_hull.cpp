@@ -3,6 +3,7 @@
 
 #include "relight/base/error.h"
 #include "relight/cameras/number_text.h"
+#include "relight/volume/extinction_grid.h"
 
 #include <Eigen/LU>
 
@@ -96,20 +97,15 @@ Eigen::AlignedBox3d HullBounds(std::span<const MatteView> views,
   constexpr int kPasses = 3, kCells = 64;
   for (int pass = 0; pass < kPasses; ++pass) {
     const ExtinctionGrid grid = EmptyGrid(box, kCells);
-    const std::vector<float> opacity =
-        FootprintOpacity(grid,
-                         views,
-                         options.kth_smallest,
-                         progress.Part(1.0 * pass / kPasses, (pass + 1.0) / kPasses));
+    const Footprints footprints = FootprintOpacity(
+        grid,
+        views,
+        {.kth_smallest = options.kth_smallest, .least_alpha = options.least_alpha},
+        progress.Part(1.0 * pass / kPasses, (pass + 1.0) / kPasses));
     Eigen::AlignedBox3d found;
-    std::size_t index = 0;
-    for (int z = 0; z < grid.cells.z(); ++z) {
-      for (int y = 0; y < grid.cells.y(); ++y) {
-        for (int x = 0; x < grid.cells.x(); ++x, ++index) {
-          if (opacity[index] >= options.least_alpha) found.extend(grid.Center(x, y, z));
-        }
-      }
-    }
+    ForEachVoxel(footprints.voxels, [&](int x, int y, int z, std::size_t index) {
+      if (footprints.opacity[index] > 0) found.extend(grid.Center(x, y, z));
+    });
     if (found.isEmpty()) {
       throw InputError(
           "no point of space is tree in all mattes: cameras and mattes do not belong "
@@ -125,7 +121,7 @@ Eigen::AlignedBox3d HullBounds(std::span<const MatteView> views,
 VoxelBox PartWithin(const Eigen::AlignedBox3d& box,
                     int cells_longest,
                     const Eigen::AlignedBox3d& hull) {
-  ExtinctionGrid all = EmptyGrid(box, cells_longest);
+  const ExtinctionGrid all = EmptyGrid(box, cells_longest);
   const Eigen::Array3d low = ((hull.min() - all.origin_m) / all.cell_m).array().floor();
   const Eigen::Array3d high = ((hull.max() - all.origin_m) / all.cell_m).array().ceil();
   const Eigen::Array3i from = low.max(0.0).min(1e4).cast<int>();

@@ -253,10 +253,9 @@ std::vector<std::vector<Eigen::Array3d>> Explicit(const ExtinctionGrid& grid,
       TraverseRay(grid, ray, 0.0, [&](std::size_t cell, double at, double length_m) {
         if (grid.sigma_per_m[cell] <= 0) return true;
         const double share = -tau * std::expm1(-length_m * grid.sigma_per_m[cell]);
-        const int x = static_cast<int>(cell) % grid.cells.x();
-        const int yz = static_cast<int>(cell) / grid.cells.x();
+        const Eigen::Vector3i voxel = grid.VoxelAt(cell);
         const Eigen::Vector3d point =
-            from_centers ? grid.Center(x, yz % grid.cells.y(), yz / grid.cells.y())
+            from_centers ? grid.Center(voxel.x(), voxel.y(), voxel.z())
                          : ray.origin + (at + length_m / 2) * ray.direction;
         for (std::size_t d = 0; d < directions.size(); ++d) {
           const double part = share * MarchedTransmittance(grid, {point, directions[d]});
@@ -303,8 +302,8 @@ ExtinctionGrid Crown(int cells) {
       for (int x = 0; x < cells; ++x) {
         const Eigen::Vector3d at = grid.Center(x, y, z);
         if (at.norm() > 4 || wave(at.x(), at.y(), at.z()) < -0.4) continue;
-        grid.sigma_per_m[grid.Index(x, y, z)] =
-            static_cast<float>(0.6 + 0.4 * std::sin(40 * at.x() + 31 * at.y()));
+        grid.Set(
+            x, y, z, static_cast<float>(0.6 + 0.4 * std::sin(40 * at.x() + 31 * at.y())));
       }
     }
   }
@@ -313,19 +312,11 @@ ExtinctionGrid Crown(int cells) {
 
 // Voxels of twice the edge, of the mean extinction.
 ExtinctionGrid HalfResolution(const ExtinctionGrid& grid) {
-  ExtinctionGrid half;
-  half.cells = (grid.cells.array() + 1) / 2;
-  half.origin_m = grid.origin_m;
-  half.cell_m = 2 * grid.cell_m;
-  half.sigma_per_m.assign(half.Count(), 0.0f);
-  std::size_t index = 0;
-  for (int z = 0; z < grid.cells.z(); ++z) {
-    for (int y = 0; y < grid.cells.y(); ++y) {
-      for (int x = 0; x < grid.cells.x(); ++x, ++index) {
-        half.sigma_per_m[half.Index(x / 2, y / 2, z / 2)] += grid.sigma_per_m[index] / 8;
-      }
-    }
-  }
+  ExtinctionGrid half{
+      NoBricks((grid.cells.array() + 1) / 2, grid.origin_m, 2 * grid.cell_m), {}};
+  ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
+    half.Add(x / 2, y / 2, z / 2, grid.sigma_per_m[index] / 8);
+  });
   return half;
 }
 

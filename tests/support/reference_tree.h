@@ -10,6 +10,7 @@
 #include "relight/volume/extinction_grid.h"
 #include "relight/volume/footprint_opacity.h"
 #include "tests/support/shared_data.h"
+#include "tests/support/synthetic_canopy.h"
 
 #include <zlib.h>
 #include <nlohmann/json.hpp>
@@ -36,19 +37,21 @@ inline Eigen::Vector3d Vector3(const nlohmann::json& list) {
 // volume.json and volume.f32.gz of `folder`.
 inline ExtinctionGrid ReadReferenceVolume(const std::filesystem::path& folder) {
   const nlohmann::json json = ReadJson(folder / "volume.json");
-  ExtinctionGrid grid;
-  grid.cells = Vector3(json.at("cells")).cast<int>();
-  grid.origin_m = Vector3(json.at("origin_m"));
-  grid.cell_m = json.at("cell_m").get<double>();
-  grid.sigma_per_m.resize(grid.Count());
+  ExtinctionGrid grid{NoBricks(Vector3(json.at("cells")).cast<int>(),
+                               Vector3(json.at("origin_m")),
+                               json.at("cell_m").get<double>()),
+                      {}};
+  std::vector<float> values(grid.Count());
   const std::filesystem::path file = folder / "volume.f32.gz";
   gzFile in = gzopen(file.c_str(), "rb");
   const auto bytes = static_cast<unsigned>(grid.Count() * sizeof(float));
-  const int read = in != nullptr ? gzread(in, grid.sigma_per_m.data(), bytes) : -1;
+  const int read = in != nullptr ? gzread(in, values.data(), bytes) : -1;
   if (in != nullptr) gzclose(in);
   if (read != static_cast<int>(bytes)) {
     throw std::runtime_error(file.string() + ": not the floats of volume.json");
   }
+  std::size_t at = 0;
+  Fill(grid, [&](int, int, int) { return values[at++]; });
   return grid;
 }
 

@@ -16,16 +16,38 @@
 
 namespace relight::tests {
 
+// Gives each voxel of the box value(x, y, z), x fastest.
+template <class Value>
+void Fill(ExtinctionGrid& grid, Value&& value) {
+  for (int z = 0; z < grid.cells.z(); ++z) {
+    for (int y = 0; y < grid.cells.y(); ++y) {
+      for (int x = 0; x < grid.cells.x(); ++x) {
+        grid.Set(x, y, z, static_cast<float>(value(x, y, z)));
+      }
+    }
+  }
+}
+
+// Of each voxel of the box, in bricks or not, x fastest.
+inline std::vector<float> AllValues(const ExtinctionGrid& grid) {
+  std::vector<float> values;
+  for (int z = 0; z < grid.cells.z(); ++z) {
+    for (int y = 0; y < grid.cells.y(); ++y) {
+      for (int x = 0; x < grid.cells.x(); ++x) values.push_back(grid.At(x, y, z));
+    }
+  }
+  return values;
+}
+
 // The same extinction everywhere: a slab that is as wide as the grid, its lower face in
 // z = 0 and its middle on the z axis.
 inline ExtinctionGrid Slab(const Eigen::Vector3i& cells,
                            double cell_m,
                            double sigma_per_m) {
-  ExtinctionGrid grid;
-  grid.cells = cells;
-  grid.cell_m = cell_m;
-  grid.origin_m = {-0.5 * cell_m * cells.x(), -0.5 * cell_m * cells.y(), 0.0};
-  grid.sigma_per_m.assign(grid.Count(), static_cast<float>(sigma_per_m));
+  const Eigen::Vector3d origin_m(
+      -0.5 * cell_m * cells.x(), -0.5 * cell_m * cells.y(), 0.0);
+  ExtinctionGrid grid{NoBricks(cells, origin_m, cell_m), {}};
+  Fill(grid, [&](int, int, int) { return sigma_per_m; });
   return grid;
 }
 
@@ -36,21 +58,18 @@ inline ExtinctionGrid Ball(const Eigen::Vector3d& center,
                            int cells) {
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(radius_m);
   ExtinctionGrid grid = EmptyGrid({center - reach, center + reach}, cells);
-  for (int z = 0; z < grid.cells.z(); ++z) {
-    for (int y = 0; y < grid.cells.y(); ++y) {
-      for (int x = 0; x < grid.cells.x(); ++x) {
-        if ((grid.Center(x, y, z) - center).norm() > radius_m) continue;
-        grid.sigma_per_m[grid.Index(x, y, z)] = static_cast<float>(sigma_per_m);
-      }
-    }
-  }
+  Fill(grid, [&](int x, int y, int z) {
+    return (grid.Center(x, y, z) - center).norm() > radius_m ? 0.0 : sigma_per_m;
+  });
   return grid;
 }
 
 // A ball of radius 1.5 m around (0, 0, 2) m, every third voxel empty.
 inline ExtinctionGrid BallWithHoles() {
   ExtinctionGrid ball = Ball({0, 0, 2}, 1.5, 1.2, 24);
-  for (std::size_t i = 0; i < ball.sigma_per_m.size(); i += 3) ball.sigma_per_m[i] = 0;
+  std::size_t at = 0;
+  Fill(ball,
+       [&](int x, int y, int z) { return at++ % 3 == 0 ? 0.0f : ball.At(x, y, z); });
   return ball;
 }
 
@@ -62,9 +81,7 @@ inline ExtinctionGrid RandomCanopy(const Eigen::Vector3i& cells,
   ExtinctionGrid grid = Slab(cells, cell_m, 0.0);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-0.5, 1.0);
-  for (float& sigma : grid.sigma_per_m) {
-    sigma = static_cast<float>(std::max(0.0, uniform(random)) * most_per_m);
-  }
+  Fill(grid, [&](int, int, int) { return std::max(0.0, uniform(random)) * most_per_m; });
   return grid;
 }
 

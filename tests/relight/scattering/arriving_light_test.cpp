@@ -23,7 +23,7 @@ using std::numbers::pi;
 Eigen::Array3d SkyByQuadrature(const ExtinctionGrid& grid,
                                const Eigen::Vector3i& cell,
                                const Daylight& daylight) {
-  const RowExtents rows = FindRowExtents(grid);
+  const VoxelRows rows = RowsOf(grid);
   Eigen::Array3d light = Eigen::Array3d::Zero();
   for (const auto& [direction, weight_sr] : SphereQuadrature()) {
     const Eigen::Array3d radiance = daylight.SkyRadiance(direction);
@@ -50,7 +50,7 @@ TEST(ArrivingLight, AnEmptyVolumeUnderAUniformSkyHasTwoPiL) {
   EXPECT_LT((light / (2 * pi * radiance) - 1).abs().maxCoeff(), 1e-12);
 
   // By harmonics: the lattice of 1024 directions errs by less than 1 / 1024
-  grid.sigma_per_m[grid.Index(2, 2, 2)] = 1e-30f;
+  grid.Set(2, 2, 2, 1e-30f);
   const OccupiedVoxels occupied = FindOccupied(grid);
   const ArrivingLight by_sh =
       LightArriving(grid, occupied, ProjectTransmittance(grid, occupied), daylight);
@@ -184,9 +184,9 @@ TEST(ArrivingLight, AnEdgeBeforeTheSunsCentreHidesHalfOfIt) {
   constexpr int kRoof = 20;
   ExtinctionGrid grid = tests::Slab({9, 3, kRoof + 1}, 0.1, 0.0);
   for (int y = 0; y < 3; ++y) {
-    for (int x = 5; x < 9; ++x) grid.sigma_per_m[grid.Index(x, y, kRoof)] = 1e9f;
+    for (int x = 5; x < 9; ++x) grid.Set(x, y, kRoof, 1e9f);
   }
-  grid.sigma_per_m[grid.Index(4, 1, 0)] = 1e-30f;  // The voxel that is looked at
+  grid.Set(4, 1, 0, 1e-30f);  // The voxel that is looked at
   const OccupiedVoxels occupied = FindOccupied(grid);
   const SkyTransmittance sky =
       ProjectTransmittance(grid, occupied, {.bands = 1, .directions = 64});

@@ -20,8 +20,8 @@ Eigen::Array3f Unshaded(const Eigen::Vector2d& /*ground_m*/) {
 
 TEST(GroundBounce, EndlessGroundFillsHalfOfTheSphere) {
   ExtinctionGrid grid = tests::Slab({1, 1, 9}, 0.2, 0.0);
-  grid.sigma_per_m[grid.Index(0, 0, 2)] = 1e-30f;
-  grid.sigma_per_m[grid.Index(0, 0, 8)] = 1e-30f;
+  grid.Set(0, 0, 2, 1e-30f);
+  grid.Set(0, 0, 8, 1e-30f);
   const Eigen::Array3d radiance(100, 200, 300);
   const auto light =
       GroundBounce(grid, FindOccupied(grid), radiance, Unshaded, /*ground_z_m=*/1.0);
@@ -35,7 +35,7 @@ TEST(GroundBounce, EndlessGroundFillsHalfOfTheSphere) {
 TEST(GroundBounce, GroundInTheShadeSendsNothing) {
   ExtinctionGrid grid = tests::Slab({1, 1, 1}, 0.2, 0.0);
   grid.origin_m.z() = 2.9;
-  grid.sigma_per_m[0] = 1e-30f;
+  grid.Set(0, 0, 0, 1e-30f);
   for (const double radius_m : {1.5, 3.0, 6.0}) {
     const auto light = GroundBounce(
         grid,
@@ -57,8 +57,7 @@ TEST(GroundBounce, IsTheSkyUpsideDown) {
   for (int z = 0; z < 11; ++z) {
     for (int y = 0; y < 10; ++y) {
       for (int x = 0; x < 12; ++x) {
-        turned.sigma_per_m[turned.Index(x, y, 10 - z)] =
-            grid.sigma_per_m[grid.Index(x, y, z)];
+        turned.Set(x, y, 10 - z, grid.At(x, y, z));
       }
     }
   }

@@ -56,7 +56,7 @@ TEST(LeafPhase, ReflectingLeavesAreBrightBeforeTheSun) {
 // as from leaves that scatter evenly.
 TEST(LeafPhase, OfALeafInTheOpen) {
   ExtinctionGrid grid = tests::Slab({3, 3, 3}, 0.2, 0.0);
-  grid.sigma_per_m[grid.Index(1, 1, 1)] = 1e-30f;
+  grid.Set(1, 1, 1, 1e-30f);
   const OccupiedVoxels occupied = FindOccupied(grid);
   const SkyTransmittance sky = ProjectTransmittance(grid, occupied);
   Daylight daylight = UniformDaylight({1000, 2000, 3000}, /*full_sphere=*/true);

@@ -101,8 +101,7 @@ TEST(MultipleScattering, DoesNotDependOnTheVoxels) {
   for (int z = 0; z < small.cells.z(); ++z) {
     for (int y = 0; y < small.cells.y(); ++y) {
       for (int x = 0; x < small.cells.x(); ++x) {
-        small.sigma_per_m[small.Index(x, y, z)] =
-            large.sigma_per_m[large.Index(x / 2, y / 2, z / 2)];
+        small.Set(x, y, z, large.At(x / 2, y / 2, z / 2));
       }
     }
   }

@@ -80,7 +80,7 @@ TEST(Occluder, FarAwayOrEmptyItChangesNothing) {
 TEST(Occluder, AnEndlessWallTakesHalfOfAUniformSky) {
   // One voxel of next to nothing beside a wall without end: half of the sphere is left
   ExtinctionGrid grid = tests::Slab({5, 5, 5}, 0.2, 0.0);
-  grid.sigma_per_m[grid.Index(2, 2, 2)] = 1e-30f;
+  grid.Set(2, 2, 2, 1e-30f);
   const OccupiedVoxels occupied = FindOccupied(grid);
   const Occluder wall({{-0.6, -1e7, -1e7}, {-0.6, 1e7, -1e7}, {-0.6, 0, 1e7}},
                       {{0, 1, 2}});

@@ -183,10 +183,9 @@ TEST(SingleScattering, AgreesWithSmallStepsAlongTheRay) {
         const Eigen::Vector3d point = camera.PositionInWorld() + at_m * ray;
         const Eigen::Vector3d at = (point - grid.origin_m) / grid.cell_m;
         const Eigen::Vector3i cell = at.array().floor().cast<int>();
-        if ((cell.array() < 0).any() || (cell.array() >= grid.cells.array()).any()) {
-          continue;
-        }
-        const std::size_t index = grid.Index(cell.x(), cell.y(), cell.z());
+        const std::ptrdiff_t found = grid.Find(cell.x(), cell.y(), cell.z());
+        if (found < 0) continue;
+        const auto index = static_cast<std::size_t>(found);
         if (occupied.of_cell[index] < 0) continue;
         const auto v = static_cast<std::size_t>(occupied.of_cell[index]);
         const double share = -tau * std::expm1(-step_m * grid.sigma_per_m[index]);

@@ -74,7 +74,7 @@ TEST(SkyTransmittance, AgreesOnAverageWithRaysFromTheCentres) {
 // tau = 1 everywhere: sqrt(4 pi) in band 0 and nothing above it.
 TEST(SkyTransmittance, AnEmptyVolumeHasBandZeroOnly) {
   ExtinctionGrid grid = tests::Slab({5, 5, 5}, 0.2, 0.0);
-  grid.sigma_per_m[grid.Index(2, 2, 2)] = 1e-30f;
+  grid.Set(2, 2, 2, 1e-30f);
   const SkyTransmittance sky = ProjectTransmittance(grid, FindOccupied(grid));
   EXPECT_NEAR(sky.Coefficient(0, 0), std::sqrt(4 * std::numbers::pi), kHalfFloat);
   for (int i = 1; i < 36; ++i) {

@@ -60,8 +60,8 @@ TEST(SweptTransmittance, IsThatOfTheLineThatTheHeaderNames) {
       ASSERT_EQ(tau.size(), occupied.cell.size());
       for (std::size_t v = 0; v < tau.size(); v += 3) {
         const Eigen::Vector3i& cell = occupied.cell[v];
-        const double own = grid.sigma_per_m[grid.Index(cell.x(), cell.y(), cell.z())] *
-                           grid.cell_m / 2 / direction.cwiseAbs().maxCoeff();
+        const double own = grid.At(cell.x(), cell.y(), cell.z()) * grid.cell_m / 2 /
+                           direction.cwiseAbs().maxCoeff();
         // A hair outwards, for the face itself belongs to both planes
         const Ray ray{LeavesAt(grid, cell, direction) + 1e-9 * direction, direction};
         // On an edge, as along (1, 1, 0), either voxel beside it may be the ray's
@@ -132,8 +132,7 @@ TEST(SweptTransmittance, TurnsWithTheTree) {
   for (int z = 0; z < 9; ++z) {
     for (int y = 0; y < 14; ++y) {
       for (int x = 0; x < 11; ++x) {
-        turned.sigma_per_m[turned.Index(13 - y, x, z)] =
-            grid.sigma_per_m[grid.Index(x, y, z)];
+        turned.Set(13 - y, x, z, grid.At(x, y, z));
       }
     }
   }
@@ -156,14 +155,15 @@ TEST(SweptTransmittance, TurnsWithTheTree) {
 // More leaves, less light; a volume in two halves transmits as their product.
 TEST(SweptTransmittance, MultipliesAndFalls) {
   ExtinctionGrid one = tests::RandomCanopy({20, 18, 16}, 0.1, 2.0, /*seed=*/21);
-  for (float& sigma : one.sigma_per_m) sigma += 0.01f;  // All voxels are looked at
+  tests::Fill(one, [&](int x, int y, int z) {
+    return one.At(x, y, z) + 0.01f;  // All voxels are looked at
+  });
   ExtinctionGrid two = one, both = one;
   std::mt19937 random(22);
   std::uniform_real_distribution<float> uniform(0.01f, 1.0f);
-  for (std::size_t i = 0; i < two.sigma_per_m.size(); ++i) {
-    two.sigma_per_m[i] = uniform(random);
-    both.sigma_per_m[i] = one.sigma_per_m[i] + two.sigma_per_m[i];
-  }
+  tests::Fill(two, [&](int, int, int) { return uniform(random); });
+  tests::Fill(both,
+              [&](int x, int y, int z) { return one.At(x, y, z) + two.At(x, y, z); });
   const OccupiedVoxels occupied = FindOccupied(both);
   for (const Eigen::Vector3d& direction : SphereDirections(40)) {
     const std::vector<float> a = TransmittanceSwept(one, occupied, direction);

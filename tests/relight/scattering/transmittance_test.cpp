@@ -80,7 +80,7 @@ TEST(Transmittance, CountsHalfTheVoxelsOwnExtinction) {
 
 TEST(Transmittance, IsExactlyOneInAnEmptyVolume) {
   ExtinctionGrid grid = tests::Slab({8, 6, 7}, 0.2, 0.0);
-  const RowExtents rows = FindRowExtents(grid);
+  const VoxelRows rows = RowsOf(grid);
   for (const Eigen::Vector3d& direction : TestDirections()) {
     const auto pattern = RayPattern(grid.cells, grid.cell_m, direction);
     std::vector<float> depth(8, -1.0f);
@@ -89,7 +89,7 @@ TEST(Transmittance, IsExactlyOneInAnEmptyVolume) {
     EXPECT_EQ(OpticalDepth(grid, {grid.Center(4, 3, 2), direction}), 0.0);
   }
   // The same by the whole path: a voxel that is there, and as good as empty
-  grid.sigma_per_m[grid.Index(4, 3, 2)] = 1e-30f;
+  grid.Set(4, 3, 2, 1e-30f);
   for (const Eigen::Vector3d& direction : TestDirections()) {
     EXPECT_EQ(TransmittanceAlong(grid, FindOccupied(grid), direction),
               std::vector<float>{1.0f});

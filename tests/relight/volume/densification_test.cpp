@@ -13,11 +13,9 @@ ExtinctionGrid Empty() { return tests::Slab({7, 7, 7}, 0.1, 0.0); }
 // Two voxels side by side: each gives its five empty axial neighbours what the other is.
 TEST(Densification, TwoNeighboursGiveEachOthersExtinction) {
   ExtinctionGrid grid = Empty();
-  const auto at = [&](int x, int y, int z) -> float& {
-    return grid.sigma_per_m[grid.Index(x, y, z)];
-  };
-  at(3, 3, 3) = 1;
-  at(4, 3, 3) = 5;
+  const auto at = [&](int x, int y, int z) { return grid.At(x, y, z); };
+  grid.Set(3, 3, 3, 1);
+  grid.Set(4, 3, 3, 5);
   EXPECT_EQ(Densify(grid), 10u);
   EXPECT_EQ(at(3, 3, 3), 1);
   EXPECT_EQ(at(4, 3, 3), 5);
@@ -36,13 +34,11 @@ TEST(Densification, TwoNeighboursGiveEachOthersExtinction) {
 // An empty voxel between two givers takes the mean; a giver the mean of its neighbours.
 TEST(Densification, WhatIsGivenTwiceIsTheMean) {
   ExtinctionGrid grid = Empty();
-  const auto at = [&](int x, int y, int z) -> float& {
-    return grid.sigma_per_m[grid.Index(x, y, z)];
-  };
-  at(1, 3, 3) = 2;  // Gives 4, the mean of its one axial neighbour
-  at(2, 3, 3) = 4;  // Gives 2
-  at(4, 3, 3) = 8;  // Gives 6
-  at(5, 3, 3) = 6;
+  const auto at = [&](int x, int y, int z) { return grid.At(x, y, z); };
+  grid.Set(1, 3, 3, 2);  // Gives 4, the mean of its one axial neighbour
+  grid.Set(2, 3, 3, 4);  // Gives 2
+  grid.Set(4, 3, 3, 8);  // Gives 6
+  grid.Set(5, 3, 3, 6);
   Densify(grid);
   EXPECT_EQ(at(3, 3, 3), (2 + 6) / 2);
   EXPECT_EQ(at(2, 4, 3), 2);
@@ -51,7 +47,7 @@ TEST(Densification, WhatIsGivenTwiceIsTheMean) {
 
 TEST(Densification, ASingleVoxelHasNothingToGive) {
   ExtinctionGrid grid = Empty();
-  grid.sigma_per_m[grid.Index(3, 3, 3)] = 1;
+  grid.Set(3, 3, 3, 1);
   EXPECT_EQ(Densify(grid), 0u);
   EXPECT_EQ(FindOccupied(grid).cell.size(), 1u);
 }
@@ -61,12 +57,12 @@ TEST(Densification, LeavesDenseNeighbourhoodsAlone) {
   ExtinctionGrid grid = Empty();
   for (int z = 2; z < 5; ++z) {
     for (int y = 2; y < 5; ++y) {
-      for (int x = 2; x < 5; ++x) grid.sigma_per_m[grid.Index(x, y, z)] = 3;
+      for (int x = 2; x < 5; ++x) grid.Set(x, y, z, 3);
     }
   }
   EXPECT_EQ(Densify(grid), 8u * 3u);
-  EXPECT_EQ(grid.sigma_per_m[grid.Index(1, 2, 2)], 3);
-  EXPECT_EQ(grid.sigma_per_m[grid.Index(1, 3, 3)], 0);  // Before a face's middle
+  EXPECT_EQ(grid.At(1, 2, 2), 3);
+  EXPECT_EQ(grid.At(1, 3, 3), 0);  // Before a face's middle
 }
 
 TEST(Densification, StaysInsideTheGrid) {

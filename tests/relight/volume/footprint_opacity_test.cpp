@@ -2,6 +2,7 @@
 #include "relight/volume/footprint_opacity.h"
 
 #include "relight/base/error.h"
+#include "relight/volume/extinction_grid.h"
 #include "tests/support/made_cameras.h"
 #include "tests/support/synthetic_canopy.h"
 
@@ -29,7 +30,8 @@ MatteView View(float alpha) {
 }
 
 float Footprint(const std::vector<MatteView>& views, int kth_smallest = 1) {
-  return FootprintOpacity(OneVoxel(), views, kth_smallest).at(0);
+  Footprints found = FootprintOpacity(OneVoxel(), views, {.kth_smallest = kth_smallest});
+  return ExtinctionGrid{std::move(found.voxels), std::move(found.opacity)}.At(0, 0, 0);
 }
 
 TEST(FootprintOpacity, IsTheMeanOfTheSquareTheVoxelProjectsTo) {
@@ -71,6 +73,25 @@ TEST(FootprintOpacity, BeyondTheFrameEmptyStaysEmptyAndACutTreeIsUnknown) {
   EXPECT_EQ(Footprint({beside, View(0.6f)}), 0.0f);
   beside.alpha.setTo(0.5f);
   EXPECT_NEAR(Footprint({beside, View(0.6f)}), 0.6f, kFloat);
+}
+
+// What is below the least takes no memory, and nothing else changes.
+TEST(FootprintOpacity, KeepsWhatIsNotBelowTheLeast) {
+  const ExtinctionGrid box = tests::Slab({30, 20, 50}, 0.1, 0.0);
+  MatteView upper = View(0.0f);
+  upper.alpha.rowRange(0, 40).setTo(0.5f);
+  const Footprints all = FootprintOpacity(box, {&upper, 1});
+  const Footprints most = FootprintOpacity(box, {&upper, 1}, {.least_alpha = 0.4});
+  EXPECT_LT(most.voxels.Size(), all.voxels.Size());
+  EXPECT_LT(all.voxels.Size(), box.Count());
+  std::size_t kept = 0;
+  ForEachVoxel(all.voxels, [&](int x, int y, int z, std::size_t index) {
+    const std::ptrdiff_t at = most.voxels.Find(x, y, z);
+    const float alpha = at < 0 ? 0.0f : most.opacity[static_cast<std::size_t>(at)];
+    EXPECT_EQ(alpha, all.opacity[index] < 0.4 ? 0.0f : all.opacity[index]);
+    kept += alpha > 0;
+  });
+  EXPECT_GT(kept, 500u);
 }
 
 TEST(FootprintOpacity, RefusesMattesThatAreNone) {

@@ -75,7 +75,7 @@ TEST(OpacityEstimation, SharesAPixelsOpacityAmongTheCellsOfItsRay) {
   const OpacityEstimate estimate = EstimateOpacity(
       views, column, {.method = VolumeMethod::kReche2004, .cells = 8, .iterations = 1});
   ASSERT_EQ(estimate.grid.cells, Eigen::Vector3i(1, 8, 1));
-  for (const float sigma : estimate.grid.sigma_per_m) {
+  for (const float sigma : tests::AllValues(estimate.grid)) {
     EXPECT_NEAR(std::exp(-8 * 0.5 * sigma), 0.2, 1e-5);  // Logarithms of floats
   }
   EXPECT_LT(estimate.summary.residual_rms, 1e-5);
@@ -104,7 +104,7 @@ TEST(OpacityEstimation, MovesACellToTheWeightedMeanOfItsPixels) {
     const double near2 = std::pow(20 + y_m, 2), far2 = std::pow(30 - y_m, 2);
     const double t =
         (near2 * std::pow(0.2, 1.0 / 8) + far2 * std::pow(0.5, 1.0 / 8)) / (near2 + far2);
-    EXPECT_NEAR(std::exp(-0.5 * grid.sigma_per_m.at(grid.Index(0, cell, 0))), t, 1e-6);
+    EXPECT_NEAR(std::exp(-0.5 * grid.At(0, cell, 0)), t, 1e-6);
   }
 }
 

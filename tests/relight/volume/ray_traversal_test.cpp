@@ -65,7 +65,7 @@ TEST(RayTraversal, CrossesTheVoxelsThatARayCrosses) {
   int met = 0;
   for (const Ray& ray : RandomRays(3000, 42)) {
     for (const double start_m : {0.0, 0.9}) {
-      std::vector<double> lengths(grid.Count(), 0.0);
+      std::vector<double> lengths(grid.Size(), 0.0);
       double at_m = -1, sum_m = 0;
       TraverseRay(
           grid, ray, start_m, [&](std::size_t voxel, double entry, double length) {
@@ -93,6 +93,47 @@ TEST(RayTraversal, CrossesTheVoxelsThatARayCrosses) {
     }
   }
   EXPECT_GT(met, 200);  // Not all of them pass by
+}
+
+// Of a box that is in bricks all over, what is in those of another's: the same voxels,
+// entries and lengths, to the last bit.
+TEST(RayTraversal, MeetsWhatIsInBricksAndNothingElse) {
+  ExtinctionGrid full =
+      EmptyGrid({Eigen::Vector3d(-1, -2, 0), Eigen::Vector3d(1.3, 1.1, 2.2)}, 37);
+  tests::Fill(full, [](int, int, int) { return 1; });
+  std::mt19937 random(3);
+  ExtinctionGrid some = EmptyGrid(full.Bounds(), 37);
+  for (const Eigen::Vector3i& low : full.brick_at) {
+    if (random() % 3 != 0) some.Set(low.x(), low.y(), low.z(), 1);
+  }
+  ASSERT_LT(some.brick_at.size(), full.brick_at.size());
+  struct Crossing {
+    Eigen::Vector3i voxel;
+    double entry_m, length_m;
+  };
+  std::size_t met = 0;
+  for (const Ray& ray : RandomRays(2000, 44)) {
+    std::vector<Crossing> expected, crossed;
+    TraverseRay(full, ray, 0.3, [&](std::size_t index, double entry_m, double length_m) {
+      const Eigen::Vector3i at = full.VoxelAt(index);
+      if (some.Find(at.x(), at.y(), at.z()) >= 0) {
+        expected.push_back({at, entry_m, length_m});
+      }
+      return true;
+    });
+    TraverseRay(some, ray, 0.3, [&](std::size_t index, double entry_m, double length_m) {
+      crossed.push_back({some.VoxelAt(index), entry_m, length_m});
+      return true;
+    });
+    ASSERT_EQ(crossed.size(), expected.size());
+    for (std::size_t i = 0; i < crossed.size(); ++i) {
+      ASSERT_EQ(crossed[i].voxel, expected[i].voxel);
+      ASSERT_EQ(crossed[i].entry_m, expected[i].entry_m);
+      ASSERT_EQ(crossed[i].length_m, expected[i].length_m);
+    }
+    met += crossed.size();
+  }
+  EXPECT_GT(met, 1000u);
 }
 
 // In the face of two voxels, or the edge of four, the length is that of one of them.

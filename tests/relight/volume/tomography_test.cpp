@@ -2,7 +2,6 @@
 #include "relight/volume/tomography.h"
 
 #include "relight/base/error.h"
-#include "relight/volume/brick_voxels.h"
 #include "relight/volume/opacity_estimation.h"
 #include "relight/volume/ray_traversal.h"
 #include "tests/support/made_cameras.h"
@@ -12,7 +11,6 @@
 
 #include <iostream>
 #include <numeric>
-#include <random>
 
 namespace relight {
 namespace {
@@ -78,7 +76,7 @@ TEST(Tomography, WoodIsNotMadeFog) {
       for (int x = 0; x < truth.cells.x(); ++x) {
         const Eigen::Vector3d from = truth.Center(x, y, z) - kCenter;
         if (from.head<2>().norm() < 0.2 && std::abs(from.z()) < 1.2)
-          truth.sigma_per_m[truth.Index(x, y, z)] = 60.0f;
+          truth.Set(x, y, z, 60.0f);
       }
     }
   }
@@ -114,8 +112,7 @@ TEST(Tomography, WhatNoPhotoSeesIsFilledFromItsSurroundings) {
   const Tomography found = EstimateTomography(ViewsOf(truth), BallBox(), {.cells = 40});
   EXPECT_GT(found.hidden_voxels, 0u);
   const Eigen::Vector3i middle = found.grid.cells / 2;
-  EXPECT_GT(found.grid.sigma_per_m[found.grid.Index(middle.x(), middle.y(), middle.z())],
-            0.3f);
+  EXPECT_GT(found.grid.At(middle.x(), middle.y(), middle.z()), 0.3f);
 }
 
 TEST(Tomography, DoesNotDependOnThreads) {
@@ -136,49 +133,6 @@ TEST(Tomography, CanBeStopped) {
   for (const double at : {0.05, 0.4, 0.9}) {
     const Progress stop([&](double done) { return done < at; });
     EXPECT_THROW(EstimateTomography(views, BallBox(), {.cells = 24}, stop), Cancelled);
-  }
-}
-
-// The same voxels and lengths as the traversal of the plain grid, where there are bricks.
-TEST(BrickVoxels, AreCrossedAsTheGridIs) {
-  const ExtinctionGrid grid =
-      EmptyGrid({Eigen::Vector3d(-1, -2, 0), Eigen::Vector3d(1.3, 1.1, 2.2)}, 37);
-  std::mt19937 random(3);
-  BrickVoxels voxels = NoBricks(grid);
-  for (std::size_t i = 0; i < voxels.brick_of.size(); ++i) {
-    if (random() % 3 == 0) continue;
-    voxels.brick_of[i] = static_cast<std::int32_t>(voxels.brick_at.size());
-    const int n = static_cast<int>(i);
-    voxels.brick_at.emplace_back(8 * (n % voxels.bricks.x()),
-                                 8 * (n / voxels.bricks.x() % voxels.bricks.y()),
-                                 8 * (n / (voxels.bricks.x() * voxels.bricks.y())));
-  }
-  std::uniform_real_distribution<double> anywhere(-1, 1);
-  for (int trial = 0; trial < 300; ++trial) {
-    const auto point = [&] {
-      return Eigen::Vector3d(anywhere(random), anywhere(random), anywhere(random));
-    };
-    Eigen::Vector3d direction =
-        trial % 10 == 0 ? Eigen::Vector3d(Eigen::Vector3d::Unit(trial / 10 % 3))
-                        : point().normalized();
-    const Ray ray{4 * point(), direction};
-    std::vector<float> expected(voxels.Size(), 0.0f), crossed(voxels.Size(), 0.0f);
-    TraverseRay(grid, ray, 0.0, [&](std::size_t voxel, double, double length_m) {
-      const int v = static_cast<int>(voxel);
-      const auto at = voxels.Find(v % grid.cells.x(),
-                                  v / grid.cells.x() % grid.cells.y(),
-                                  v / (grid.cells.x() * grid.cells.y()));
-      if (at >= 0) {
-        expected[static_cast<std::size_t>(at)] +=
-            static_cast<float>(length_m / grid.cell_m);
-      }
-      return true;
-    });
-    TraverseBricks(
-        voxels, ray, [&](std::size_t at, float length) { crossed[at] += length; });
-    for (std::size_t i = 0; i < crossed.size(); ++i) {
-      ASSERT_NEAR(crossed[i], expected[i], 1e-5);
-    }
   }
 }
 

@@ -21,8 +21,8 @@ namespace {
 ExtinctionGrid TestGrid() {
   ExtinctionGrid grid = tests::RandomCanopy({19, 11, 23}, 0.093, 7.0, /*seed=*/51);
   grid.origin_m = {-4.2857, 1.5, -0.15};
-  grid.sigma_per_m[3] = 1e-38f;  // As small as a float is
-  grid.sigma_per_m[4] = 99.03f;
+  grid.Set(3, 0, 0, 1e-38f);  // As small as a float is
+  grid.Set(4, 0, 0, 99.03f);
   return grid;
 }
 
@@ -49,7 +49,7 @@ TEST_F(VdbFile, WhatIsWrittenIsReadToTheLastBit) {
   WriteVolume(folder_ / "volume.vdb", grid, {{"relight:stage", "volume"}});
   const ExtinctionGrid read = ReadVolume(folder_ / "volume.vdb");
   EXPECT_EQ(read.cells, grid.cells);
-  EXPECT_TRUE(tests::SameBytes(read.sigma_per_m, grid.sigma_per_m));
+  EXPECT_TRUE(tests::SameBytes(tests::AllValues(read), tests::AllValues(grid)));
   EXPECT_EQ(read.cell_m, grid.cell_m);
   // Through the centre of a voxel and back: rounding of some metres
   EXPECT_LT((read.origin_m - grid.origin_m).cwiseAbs().maxCoeff(), 1e-14);
@@ -60,7 +60,7 @@ TEST_F(VdbFile, AnEmptyVolumeKeepsItsBox) {
   WriteVolume(folder_ / "volume.vdb", grid);
   const ExtinctionGrid read = ReadVolume(folder_ / "volume.vdb");
   EXPECT_EQ(read.cells, grid.cells);
-  EXPECT_TRUE(tests::SameBytes(read.sigma_per_m, grid.sigma_per_m));
+  EXPECT_TRUE(tests::SameBytes(tests::AllValues(read), tests::AllValues(grid)));
 }
 
 TEST_F(VdbFile, TheSameVolumeGivesTheSameBytes) {
@@ -68,7 +68,7 @@ TEST_F(VdbFile, TheSameVolumeGivesTheSameBytes) {
   WriteVolume(folder_ / "b.vdb", TestGrid(), {{"two", "2"}, {"one", "1"}});
   EXPECT_EQ(ReadText(folder_ / "a.vdb"), ReadText(folder_ / "b.vdb"));
   ExtinctionGrid other = TestGrid();
-  other.sigma_per_m[4] = 99.04f;
+  other.Set(4, 0, 0, 99.04f);
   WriteVolume(folder_ / "b.vdb", other, {{"two", "2"}, {"one", "1"}});
   EXPECT_NE(ReadText(folder_ / "a.vdb"), ReadText(folder_ / "b.vdb"));
 }
@@ -259,8 +259,8 @@ TEST_F(VdbImportTest, KeepsVoxelsThatAreCubes) {
   EXPECT_EQ(grid.cells, Eigen::Vector3i(4, 2, 6));
   EXPECT_NEAR(grid.cell_m, 0.5, 1e-12);
   EXPECT_TRUE(grid.origin_m.isApprox(Eigen::Vector3d(0.75, 1.75, 2.75)));
-  EXPECT_FLOAT_EQ(grid.sigma_per_m[grid.Index(0, 0, 0)], 3.0f);
-  EXPECT_FLOAT_EQ(grid.sigma_per_m[grid.Index(2, 1, 4)], 0.45f);
+  EXPECT_FLOAT_EQ(grid.At(0, 0, 0), 3.0f);
+  EXPECT_FLOAT_EQ(grid.At(2, 1, 4), 0.45f);
 }
 
 // Houdini's and Maya's y is up, and a unit can be a centimetre.
@@ -302,9 +302,9 @@ TEST_F(VdbImportTest, TakesVoxelsThatAreTurned) {
 
 TEST_F(VdbImportTest, ChoosesItsGrid) {
   const openvdb::GridPtrVec both = {Box("heat", 1.0f), Box("density", 2.0f)};
-  EXPECT_EQ(Imported(both).sigma_per_m[0], 2.0f);
-  EXPECT_EQ(Imported(both, {.grid = "heat"}).sigma_per_m[0], 1.0f);
-  EXPECT_EQ(Imported({Box("leaves", 3.0f)}).sigma_per_m[0], 3.0f);
+  EXPECT_EQ(Imported(both).At(0, 0, 0), 2.0f);
+  EXPECT_EQ(Imported(both, {.grid = "heat"}).At(0, 0, 0), 1.0f);
+  EXPECT_EQ(Imported({Box("leaves", 3.0f)}).At(0, 0, 0), 3.0f);
   const std::string said = ComplaintOf({Box("heat", 1.0f), Box("leaves", 2.0f)});
   EXPECT_NE(said.find("--grid one of heat, leaves"), std::string::npos) << said;
   const std::string wrong = ComplaintOf(both, {.grid = "wood"});
