@@ -20,14 +20,16 @@ constexpr int kGroup = 32;    // Directions whose depths are in memory at once
 constexpr int kBlock = 1024;  // Voxels a task
 
 // The grid with one axis as the slowest: planes of rows, a border of empty voxels, in
-// optical depth per voxel edge.
+// optical depth per voxel edge. Of a row there is what lines through it and through those
+// beside it may read.
 struct Planes {
   std::array<int, 3> axis{};   // Of the world: along a row, across rows, across planes.
   std::array<int, 3> cells{};  // In that order.
-  std::ptrdiff_t stride = 0, plane = 0;
+  std::ptrdiff_t stride = 0;   // Of a row with border and slack.
   std::vector<float> depth_per_edge;
-  std::vector<int> first, last;         // Per row with border: what may be non-empty,
-  std::vector<int> from, to;            // and where lines change in it
+  std::vector<std::ptrdiff_t> zero;  // Per row with border: where its voxel 0 would be,
+  std::vector<int> first, last;      // what may be non-empty,
+  std::vector<int> from, to;         // and where lines change in it
   std::vector<std::int32_t> row_begin;  // Voxels of a row: [row_begin[r], [r + 1])
   std::vector<std::int32_t> at;         // Their place in the row, border included,
   std::vector<std::int32_t> number;     // and their number among the occupied.
@@ -44,8 +46,6 @@ Planes PlanesAcross(const ExtinctionGrid& grid,
                        : std::array{1, 2, 0};
   for (std::size_t a = 0; a < 3; ++a) p.cells[a] = grid.cells[p.axis[a]];
   p.stride = p.cells[0] + 2 * kBorder + kSlack;
-  p.plane = p.stride * p.Rows();
-  p.depth_per_edge.assign(static_cast<std::size_t>(p.plane * p.cells[2]), 0.0f);
   const std::size_t rows =
       static_cast<std::size_t>(p.Rows()) * static_cast<std::size_t>(p.cells[2]);
   p.first.assign(rows, std::numeric_limits<int>::max());
@@ -72,10 +72,6 @@ Planes PlanesAcross(const ExtinctionGrid& grid,
     p.number[place] = static_cast<std::int32_t>(v);
     p.first[row] = std::min(p.first[row], x);
     p.last[row] = std::max(p.last[row], x);
-    p.depth_per_edge[row * static_cast<std::size_t>(p.stride) +
-                     static_cast<std::size_t>(x)] =
-        grid.sigma_per_m[grid.Index(cell.x(), cell.y(), cell.z())] *
-        static_cast<float>(grid.cell_m);
   }
 
   // A line changes in the row itself and where it reaches into one beside it
@@ -95,33 +91,73 @@ Planes PlanesAcross(const ExtinctionGrid& grid,
       p.to[row] = to + 2;
     }
   }
+
+  // Lines read one voxel to each side, and whole vectors
+  p.zero.assign(rows, 0);
+  std::ptrdiff_t size = 0;
+  for (int k = 0; k < p.cells[2]; ++k) {
+    const int plane = k * p.Rows(), end = plane + p.Rows();
+    for (int row = plane; row < end; ++row) {
+      int from = std::numeric_limits<int>::max(), to = 0;
+      for (int beside = std::max(plane, row - 1); beside < std::min(end, row + 2);
+           ++beside) {
+        const auto r = static_cast<std::size_t>(beside);
+        if (p.from[r] >= p.to[r]) continue;
+        from = std::min(from, p.from[r] - 1);
+        to = std::max(to, p.to[r] + 1 + kSlack);
+      }
+      if (to == 0) continue;
+      p.zero[static_cast<std::size_t>(row)] = size - from;
+      size += to - from;
+    }
+  }
+  p.depth_per_edge.assign(static_cast<std::size_t>(size), 0.0f);
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::int32_t v = p.row_begin[r]; v < p.row_begin[r + 1]; ++v) {
+      const auto place = static_cast<std::size_t>(v);
+      const Eigen::Vector3i& cell =
+          occupied.cell[static_cast<std::size_t>(p.number[place])];
+      p.depth_per_edge[static_cast<std::size_t>(p.zero[r] + p.at[place])] =
+          grid.At(cell.x(), cell.y(), cell.z()) * static_cast<float>(grid.cell_m);
+    }
+  }
   return p;
 }
 
+// Where all lines go in half a plane's thickness: along the row to the next voxel, to the
+// row above (else to the one below), and which of both comes first.
+struct HalfWay {
+  std::ptrdiff_t along = 1;
+  bool up = false, along_first = false;
+
+  // `above`, `below`: from a voxel to those of the rows beside its own.
+  void Lead(std::ptrdiff_t above, std::ptrdiff_t below, HalfStep& half) const {
+    const std::ptrdiff_t across = up ? above : below;
+    half.offset[0] = along_first ? along : across;
+    half.offset[1] = along + across;
+  }
+};
+
 // The at most three voxels that all lines cross in half a plane's thickness: from `at` in
-// their voxel, moving by `move`, both in voxel edges.
-void CrossHalf(const std::array<double, 2>& at,
-               const std::array<double, 2>& move,
-               double length,
-               std::ptrdiff_t stride,
-               HalfStep& half) {
+// their voxel, moving by `move`, both in voxel edges. Lengths go to `half`.
+HalfWay CrossHalf(const std::array<double, 2>& at,
+                  const std::array<double, 2>& move,
+                  double length,
+                  HalfStep& half) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   std::array<double, 2> crossing{};
-  std::array<std::ptrdiff_t, 2> step{};
   for (std::size_t a = 0; a < 2; ++a) {
     crossing[a] = move[a] > 0   ? (1 - at[a]) / move[a]
                   : move[a] < 0 ? at[a] / -move[a]
                                 : kFar;
-    step[a] = (move[a] > 0 ? 1 : -1) * (a == 0 ? 1 : stride);
   }
   const std::size_t first = crossing[0] <= crossing[1] ? 0 : 1, second = 1 - first;
   const double one = std::min(1.0, crossing[first]);
   const double two = std::min(1.0, crossing[second]);
-  half.offset[0] = step[first];
-  half.offset[1] = step[first] + step[second];
   half.length[0] = static_cast<float>(length * one);
   half.length[1] = static_cast<float>(length * (two - one));
   half.length[2] = static_cast<float>(length * (1 - two));
+  return {move[0] > 0 ? 1 : -1, move[1] > 0, first == 0};
 }
 
 // (S6) for one direction; depths in the order of the planes' voxels.
@@ -155,15 +191,20 @@ void SweepDepths(const Planes& p,
     const std::array<double, 2> at = {shift(t, 0) - ox, shift(t, 1) - oy};
     PlaneStep step;
     step.half = static_cast<float>(length / 2);
-    CrossHalf(at, {slope[0] / 2, slope[1] / 2}, length / 2, p.stride, step.outer);
-    CrossHalf(at, {-slope[0] / 2, -slope[1] / 2}, length / 2, p.stride, step.inner);
+    const HalfWay outer =
+        CrossHalf(at, {slope[0] / 2, slope[1] / 2}, length / 2, step.outer);
+    const HalfWay inner =
+        CrossHalf(at, {-slope[0] / 2, -slope[1] / 2}, length / 2, step.inner);
     for (int j = 1; j + 1 < p.Rows(); ++j) {
       const auto row = static_cast<std::size_t>(k) * static_cast<std::size_t>(p.Rows()) +
                        static_cast<std::size_t>(j);
       if (p.from[row] >= p.to[row]) continue;
       float* line = lines.data() + (j - oy + high[1]) * line_stride - ox + high[0];
-      const float* sigma =
-          p.depth_per_edge.data() + static_cast<std::ptrdiff_t>(row) * p.stride;
+      const float* sigma = p.depth_per_edge.data() + p.zero[row];
+      const std::ptrdiff_t above = p.zero[row + 1] - p.zero[row];
+      const std::ptrdiff_t below = p.zero[row - 1] - p.zero[row];
+      outer.Lead(above, below, step.outer);
+      inner.Lead(above, below, step.inner);
       SweepRow(step, sigma, line, row_depths.data(), p.from[row], p.to[row]);
       for (std::int32_t v = p.row_begin[row]; v < p.row_begin[row + 1]; ++v) {
         const auto place = static_cast<std::size_t>(v);
