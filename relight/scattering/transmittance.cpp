@@ -58,23 +58,20 @@ VoxelRows RowsOf(const ExtinctionGrid& grid) {
                  std::vector<int>(count, -1),
                  std::vector<std::size_t>(count, 0),
                  {}};
+  // The box's order is that of its rows, so that each voxel goes behind the one before
   ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
-    if (grid.sigma_per_m[index] <= 0) return;
+    const float sigma = grid.sigma_per_m[index];
+    if (sigma <= 0) return;
     const std::size_t row = RowAt(grid, y, z);
-    rows.first[row] = std::min(rows.first[row], x);
-    rows.last[row] = x;
-  });
-  std::size_t size = 0;
-  for (std::size_t row = 0; row < count; ++row) {
-    rows.begin[row] = size;
-    size += static_cast<std::size_t>(std::max(0, rows.last[row] + 1 - rows.first[row]));
-  }
-  rows.sigma_per_m.assign(size, 0.0f);
-  ForEachVoxel(grid, [&](int x, int y, int z, std::size_t index) {
-    if (grid.sigma_per_m[index] <= 0) return;
-    const std::size_t row = RowAt(grid, y, z);
-    rows.sigma_per_m[rows.begin[row] + static_cast<std::size_t>(x - rows.first[row])] =
-        grid.sigma_per_m[index];
+    if (rows.last[row] < 0) {
+      rows.first[row] = rows.last[row] = x;
+      rows.begin[row] = rows.sigma_per_m.size();
+    } else {
+      const auto empty = static_cast<std::size_t>(x - rows.last[row] - 1);
+      rows.sigma_per_m.insert(rows.sigma_per_m.end(), empty, 0.0f);
+      rows.last[row] = x;
+    }
+    rows.sigma_per_m.push_back(sigma);
   });
   return rows;
 }

@@ -11,8 +11,8 @@
 #include "relight/base/error.h"
 #include "relight/cameras/colmap_model.h"
 #include "relight/photo/image_file.h"
-#include "relight/volume/brick_voxels.h"
 #include "relight/volume/opacity_estimation.h"
+#include "relight/volume/ray_traversal.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -70,37 +70,51 @@ TrueTree ReadTree(const fs::path& folder) {
 
 // Half the leaf area and a quarter of the bark area per volume [1/m].
 ExtinctionGrid FoliageOf(const TrueTree& tree, const ExtinctionGrid& like) {
-  ExtinctionGrid foliage = like;
-  std::fill(foliage.sigma_per_m.begin(), foliage.sigma_per_m.end(), 0.0f);
+  ExtinctionGrid foliage{NoBricks(like.cells, like.origin_m, like.cell_m), {}};
   for (const TrueTree::Face& face : tree.faces) {
     const Eigen::Vector3i at =
         ((face.center - like.origin_m) / like.cell_m).array().floor().cast<int>();
     if ((at.array() < 0).any() || (at.array() >= like.cells.array()).any()) continue;
-    foliage.sigma_per_m[foliage.Index(at.x(), at.y(), at.z())] += static_cast<float>(
-        (face.is_leaf ? 0.5 : 0.25) * face.area_m2 / std::pow(like.cell_m, 3));
+    foliage.Add(at.x(),
+                at.y(),
+                at.z(),
+                static_cast<float>((face.is_leaf ? 0.5 : 0.25) * face.area_m2 /
+                                   std::pow(like.cell_m, 3)));
   }
   return foliage;
 }
 
-double Correlation(const std::vector<float>& a, const std::vector<float>& b) {
+// Calls visit(value of a, value of b) for each voxel of the box where one of them is
+// above 0, in the order of the box.
+template <class Visit>
+void ForEachPair(const ExtinctionGrid& a, const ExtinctionGrid& b, Visit&& visit) {
+  BrickVoxels either = a;
+  for (const Eigen::Vector3i& low : b.brick_at) either.Make(low.x(), low.y(), low.z());
+  ForEachVoxel(either, [&](int x, int y, int z, std::size_t) {
+    visit(double(a.At(x, y, z)), double(b.At(x, y, z)));
+  });
+}
+
+// Over all voxels of the box.
+double Correlation(const ExtinctionGrid& a, const ExtinctionGrid& b) {
   double sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
-  const auto n = static_cast<double>(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    sa += a[i];
-    sb += b[i];
-    saa += double(a[i]) * a[i];
-    sbb += double(b[i]) * b[i];
-    sab += double(a[i]) * b[i];
-  }
+  const auto n = static_cast<double>(a.Count());
+  ForEachPair(a, b, [&](double va, double vb) {
+    sa += va;
+    sb += vb;
+    saa += va * va;
+    sbb += vb * vb;
+    sab += va * vb;
+  });
   return (sab - sa * sb / n) / std::sqrt((saa - sa * sa / n) * (sbb - sb * sb / n));
 }
 
-double RelativeL1(const std::vector<float>& a, const std::vector<float>& truth) {
+double RelativeL1(const ExtinctionGrid& a, const ExtinctionGrid& truth) {
   double apart = 0, all = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    apart += std::abs(double(a[i]) - truth[i]);
-    all += truth[i];
-  }
+  ForEachPair(a, truth, [&](double va, double vt) {
+    apart += std::abs(va - vt);
+    all += vt;
+  });
   return apart / all;
 }
 
@@ -137,8 +151,8 @@ void Judge(const TrueTree& tree, const OpacityOptions& options, const std::strin
       held[2],
       held[3],
       used / static_cast<double>(tree.views.size()),
-      Correlation(grid.sigma_per_m, foliage.sigma_per_m),
-      RelativeL1(grid.sigma_per_m, foliage.sigma_per_m),
+      Correlation(grid, foliage),
+      RelativeL1(grid, foliage),
       summary.occupied_voxels,
       seconds);
   std::fflush(stdout);
@@ -166,15 +180,6 @@ void Scale(const TrueTree& tree, int cells) {
   const double pass_ns =
       1e9 * (more_s - few_s) / static_cast<double>(found.crossings - few.crossings);
 
-  BrickVoxels voxels = NoBricks(found.grid);
-  for (const Eigen::Vector3i& at : FindOccupied(found.grid).cell) {
-    std::int32_t& brick = voxels.brick_of[static_cast<std::size_t>(
-        ((at.z() >> 3) * voxels.bricks.y() + (at.y() >> 3)) * voxels.bricks.x() +
-        (at.x() >> 3))];
-    if (brick >= 0) continue;
-    brick = static_cast<std::int32_t>(voxels.brick_at.size());
-    voxels.brick_at.emplace_back(at.x() & ~7, at.y() & ~7, at.z() & ~7);
-  }
   std::uint64_t crossings = 0;
   double length = 0;
   const double begin = Seconds(CLOCK_PROCESS_CPUTIME_ID);
@@ -183,24 +188,30 @@ void Scale(const TrueTree& tree, int cells) {
       for (int column = 0; column < view.camera.width_px; ++column) {
         const Ray ray{view.camera.PositionInWorld(),
                       view.camera.RayInWorld({column + 0.5, row + 0.5})};
-        TraverseBricks(voxels, ray, [&](std::size_t, float edges) {
-          length += edges;
+        TraverseRay(found.grid, ray, 0.0, [&](std::size_t, double, double length_m) {
+          length += length_m;
           ++crossings;
+          return true;
         });
       }
     }
   }
   const double length_ns =
       1e9 * (Seconds(CLOCK_PROCESS_CPUTIME_ID) - begin) / static_cast<double>(crossings);
-  fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.0f} | {:.3g} |\n",
-             tree.name,
-             cells,
-             voxels.brick_at.size(),
-             pass_ns,
-             length_ns,
-             pass_ns / length_ns,
-             PeakMegabytes(),
-             length);
+  const OccupiedVoxels occupied = FindOccupied(found.grid);
+  const auto bytes = static_cast<double>(found.grid.Bytes() + occupied.Bytes());
+  fmt::print(
+      "| {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.0f} | {:.1f} | {:.2f} | {:.3g} |\n",
+      tree.name,
+      cells,
+      found.grid.brick_at.size(),
+      pass_ns,
+      length_ns,
+      pass_ns / length_ns,
+      PeakMegabytes(),
+      bytes / static_cast<double>(occupied.cell.size()),
+      bytes / static_cast<double>(found.grid.Count()),
+      length);
   std::fflush(stdout);
 }
 
@@ -215,7 +226,8 @@ int Run(int count, char** words) {
   if (scale) {
     fmt::print(
         "| tree | cells | bricks | ns a crossing | ns, lengths only | ratio | peak MB | "
-        "edges |\n|---|---|---|---|---|---|---|---|\n");
+        "bytes a voxel that is occupied | bytes a voxel of the box | metres |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n");
     for (const fs::path& folder : trees) {
       const TrueTree tree = ReadTree(folder);
       for (const int cells : {64, 128, 256, 512}) Scale(tree, cells);
