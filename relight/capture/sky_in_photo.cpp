@@ -26,6 +26,11 @@ constexpr int kBlock_px = 12;
 constexpr float kTreeAlpha = 0.02f;
 constexpr double kSmooth = 0.02;  // Of ln Y within a block, beside the noise of 8 bits.
 constexpr double kStep = 0.12;    // From a block to the next, in any channel's logarithm.
+// Where little is left so: skies whose colours a camera deepens change faster, and have
+// hardly any red.
+constexpr std::size_t kLittle = 60;
+constexpr double kDeepStep = 0.3;
+constexpr double kLeastShare = 0.05;  // Of the luminance: less red is not compared.
 constexpr std::size_t kMostPhotos = 6;
 
 // A photo's copy that is looked at; more would only cost time.
@@ -58,7 +63,10 @@ struct Block {
   Eigen::Array3d color = Eigen::Array3d::Zero();
 };
 
-Block BlockAt(const cv::Mat3f& pixels, const cv::Mat1f& alpha, const cv::Rect& at) {
+Block BlockAt(const cv::Mat3f& pixels,
+              const cv::Mat1f& alpha,
+              const cv::Rect& at,
+              bool is_deep) {
   const float limit = LinearFromSrgb(252.0f / 255), black = LinearFromSrgb(12.0f / 255);
   Block block;
   double sum = 0, square = 0;
@@ -70,11 +78,12 @@ Block BlockAt(const cv::Mat3f& pixels, const cv::Mat1f& alpha, const cv::Rect& a
         continue;
       }
       const cv::Vec3f& c = pixels(row, column);
-      if (!(std::min({c[0], c[1], c[2]}) > black) || std::max({c[0], c[1], c[2]}) > limit)
-        return block;
-      const double luminance = std::log(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
-      sum += luminance;
-      square += luminance * luminance;
+      const float luminance = 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
+      const float darkest = is_deep ? luminance : std::min({c[0], c[1], c[2]});
+      if (!(darkest > black) || std::max({c[0], c[1], c[2]}) > limit) return block;
+      const double log_luminance = std::log(luminance);
+      sum += log_luminance;
+      square += log_luminance * log_luminance;
       for (int i = 0; i < 3; ++i) block.color[i] += c[i];
       ++count;
     }
@@ -86,6 +95,11 @@ Block BlockAt(const cv::Mat3f& pixels, const cv::Mat1f& alpha, const cv::Rect& a
   // A step of 8 bits in the darkest sky, and a gradient across the block
   block.even = std::sqrt(std::max(0.0, square / count - mean * mean)) < 2 * kSmooth;
   return block;
+}
+
+Eigen::Array3d Compared(const Eigen::Array3d& color) {
+  return color.max(kLeastShare *
+                   (0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]));
 }
 
 std::string SunText(const Eigen::Vector3d& sun) {
@@ -105,22 +119,28 @@ std::vector<SkySample> SkySamples(const cv::Mat3f& all_pixels,
   const cv::Mat1f alpha = Grown(Small(all_alpha, kLongest_px), 5);
   Require(pixels.size() == alpha.size(), "photo and matte of one size");
   const Camera camera = full_camera.Resized(pixels.cols, pixels.rows);
-  std::vector<SkySample> samples;
-  for (int x = 0; x + kBlock_px <= pixels.cols; x += kBlock_px) {
-    std::optional<Eigen::Array3d> above;
-    for (int y = 0; y + kBlock_px <= pixels.rows; y += kBlock_px) {
-      const Eigen::Vector3d direction =
-          camera.RayInWorld({x + 0.5 * kBlock_px, y + 0.5 * kBlock_px});
-      if (direction.z() <= 0) break;
-      const Block block = BlockAt(pixels, alpha, {x, y, kBlock_px, kBlock_px});
-      if (block.tree) continue;
-      if (!block.even) break;
-      if (above && ((block.color / *above).log().abs() > kStep).any()) break;
-      above = block.color;
-      samples.push_back({direction, sun_in_world, block.color, photo});
+  const auto samples_of = [&](bool is_deep) {
+    const double step = is_deep ? kDeepStep : kStep;
+    std::vector<SkySample> samples;
+    for (int x = 0; x + kBlock_px <= pixels.cols; x += kBlock_px) {
+      std::optional<Eigen::Array3d> above;
+      for (int y = 0; y + kBlock_px <= pixels.rows; y += kBlock_px) {
+        const Eigen::Vector3d direction =
+            camera.RayInWorld({x + 0.5 * kBlock_px, y + 0.5 * kBlock_px});
+        if (direction.z() <= 0) break;
+        const Block block = BlockAt(pixels, alpha, {x, y, kBlock_px, kBlock_px}, is_deep);
+        if (block.tree) continue;
+        if (!block.even) break;
+        const Eigen::Array3d color = is_deep ? Compared(block.color) : block.color;
+        if (above && ((color / *above).log().abs() > step).any()) break;
+        above = color;
+        samples.push_back({direction, sun_in_world, block.color, photo});
+      }
     }
-  }
-  return samples;
+    return samples;
+  };
+  const std::vector<SkySample> samples = samples_of(/*is_deep=*/false);
+  return samples.size() < kLittle ? samples_of(/*is_deep=*/true) : samples;
 }
 
 cv::Mat1f SkyEnds(const cv::Mat3f& all_pixels,
@@ -188,7 +208,7 @@ TurbidityEstimate TurbidityOfCapture(const ViewPlan& plan,
   for (std::size_t i = 0; i < count; ++i)
     chosen.push_back(views[i * views.size() / count]);
 
-  StageKey key("sky 2");
+  StageKey key("sky 3");
   key.Add(FieldsText(plan.options.photo));
   key.AddFile(capture.folder / "cameras" / "cameras.txt");
   key.AddFile(capture.folder / "cameras" / "images.txt");

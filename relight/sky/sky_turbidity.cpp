@@ -39,9 +39,19 @@ double Luminance(const Eigen::Array3d& rgb) {
   return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
 }
 
-// ln R/G, ln B/G, ln Y; what the model puts outside of Rec.709 is held inside.
-Eigen::Array3d LogsOf(const Eigen::Array3d& rgb) {
-  const double luminance = std::max(Luminance(rgb), 1e-9);
+// In Rec.2020's primaries, which hold deeper colours.                        [BT.2087]
+Eigen::Array3d Wide(const Eigen::Array3d& rec709) {
+  Eigen::Matrix3d rec2020_from_rec709;
+  rec2020_from_rec709 << 0.6274, 0.3293, 0.0433,  //
+      0.0691, 0.9195, 0.0114,                     //
+      0.0164, 0.0880, 0.8956;
+  return (rec2020_from_rec709 * rec709.matrix()).array();
+}
+
+// ln R/G, ln B/G, ln Y; what is outside the primaries is held inside.
+Eigen::Array3d LogsOf(const Eigen::Array3d& rec709, bool may_be_deepened) {
+  const double luminance = std::max(Luminance(rec709), 1e-9);
+  const Eigen::Array3d rgb = may_be_deepened ? Wide(rec709) : rec709;
   const Eigen::Array3d inside = rgb.max(0.01 * luminance);
   return {std::log(inside[0] / inside[1]),
           std::log(inside[2] / inside[1]),
@@ -68,7 +78,7 @@ Fit FitAt(double turbidity,
       sun = sample.sun_in_world;
       sky.emplace(sun, PreethamSkyOptions{.turbidity = turbidity});
     }
-    model.push_back(LogsOf((*sky)(sample.direction_in_world)));
+    model.push_back(LogsOf((*sky)(sample.direction_in_world), may_be_deepened));
   }
   Fit fit;
   if (may_be_deepened) {
@@ -100,9 +110,10 @@ Fit FitAt(double turbidity,
 }
 
 // The whole posterior, on a grid.
-TurbidityEstimate EstimateFrom(std::span<const SkySample> samples,
-                               const std::vector<Eigen::Array3d>& logs,
-                               bool may_be_deepened) {
+TurbidityEstimate EstimateFrom(std::span<const SkySample> samples, bool may_be_deepened) {
+  std::vector<Eigen::Array3d> logs;
+  for (const SkySample& sample : samples)
+    logs.push_back(LogsOf(sample.color, may_be_deepened));
   std::vector<double> log_turbidity, log_posterior;
   for (int i = 0; i < kTurbidities; ++i) {
     const double at =
@@ -139,7 +150,7 @@ TurbidityEstimate TurbidityFromSky(std::span<const SkySample> samples) {
   std::vector<SkySample> used;
   std::set<int> photos;
   for (const SkySample& sample : samples) {
-    const bool shines = (sample.color > 0).all() && sample.sun_in_world.z() > 0;
+    const bool shines = Luminance(sample.color) > 0 && sample.sun_in_world.z() > 0;
     if (!shines || ElevationOf(sample.direction_in_world) < kLowest_rad ||
         AngleBetween(sample.direction_in_world, sample.sun_in_world) <
             kNearestToSun_rad) {
@@ -158,10 +169,11 @@ TurbidityEstimate TurbidityFromSky(std::span<const SkySample> samples) {
     none.doubt = "they show too little open sky";
     return none;
   }
-  std::vector<Eigen::Array3d> logs;
-  for (const SkySample& sample : used) logs.push_back(LogsOf(sample.color));
-  TurbidityEstimate estimate = counted(EstimateFrom(used, logs, false));
-  if (estimate.misfit > kWorstMisfit) estimate = counted(EstimateFrom(used, logs, true));
+  TurbidityEstimate estimate = counted(EstimateFrom(used, false));
+  if (estimate.misfit > kWorstMisfit) {
+    const TurbidityEstimate deep = counted(EstimateFrom(used, true));
+    if (deep.misfit <= kWorstMisfit && deep.deepened > 1) estimate = deep;
+  }
   if (estimate.misfit > kWorstMisfit) {
     estimate.doubt = "their sky is not the colour of a clear one";
   } else if (estimate.turbidity > kHaziest) {

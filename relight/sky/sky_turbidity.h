@@ -4,6 +4,7 @@
 // Turbidity of the air from the colours of a clear sky in photographs.
 //
 //   [Preetham99] docs/bibliography.md#preetham99   colours and gradient of the sky
+//   [BT.2087]    docs/bibliography.md#bt2087        Rec.2020 from Rec.709
 //
 // A photo tells a sky's colour up to its exposure. Of sample i with the colour c_i and
 // the model's colour p_i(T) in its direction,
@@ -25,7 +26,8 @@
 //   g(T) = sum_i c_i . p_i / sum_i p_i . p_i, from 1 to 3;
 //   P(T) also has the factor exp(-(ln g)^2 / (2 s_g^2)),   s_g = 0.7             (K11)
 //
-// with c_i, p_i the pairs of logarithms. T then rests on how the colours change over the
+// with c_i, p_i the pairs of logarithms, in Rec.2020's primaries [BT.2087], for such
+// colours are outside of Rec.709's. T then rests on how the colours change over the
 // sky, and on the gradient.
 //
 // T is the mean of ln T under P, its spread the standard deviation. Samples lower than 6

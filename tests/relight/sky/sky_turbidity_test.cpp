@@ -70,6 +70,7 @@ TEST(SkyTurbidity, IsNotSureOfCloudsNorOfALittleSky) {
   std::vector<SkySample> grey = SamplesOf(3.0, 45.0);
   for (SkySample& sample : grey) sample.color = {0.5, 0.5, 0.5};
   EXPECT_FALSE(TurbidityFromSky(grey).sure);
+  EXPECT_GT(TurbidityFromSky(grey).misfit, 0.15);
   std::vector<SkySample> red = SamplesOf(3.0, 45.0);
   for (SkySample& sample : red) sample.color = {0.6, 0.3, 0.2};
   EXPECT_FALSE(TurbidityFromSky(red).sure);
