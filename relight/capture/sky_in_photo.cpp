@@ -57,6 +57,11 @@ cv::Mat1f Grown(const cv::Mat1f& alpha, int side_px) {
   return grown;
 }
 
+template <class Color>
+double Luminance(const Color& c) {
+  return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+
 struct Block {
   bool tree = false;  // Too much tree in it to see what is behind.
   bool even = false;  // All alike, neither black nor at the limit.
@@ -78,8 +83,8 @@ Block BlockAt(const cv::Mat3f& pixels,
         continue;
       }
       const cv::Vec3f& c = pixels(row, column);
-      const float luminance = 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
-      const float darkest = is_deep ? luminance : std::min({c[0], c[1], c[2]});
+      const double luminance = Luminance(c);
+      const double darkest = is_deep ? luminance : std::min({c[0], c[1], c[2]});
       if (!(darkest > black) || std::max({c[0], c[1], c[2]}) > limit) return block;
       const double log_luminance = std::log(luminance);
       sum += log_luminance;
@@ -97,9 +102,9 @@ Block BlockAt(const cv::Mat3f& pixels,
   return block;
 }
 
+// So that hardly any red is not compared.
 Eigen::Array3d Compared(const Eigen::Array3d& color) {
-  return color.max(kLeastShare *
-                   (0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]));
+  return color.max(kLeastShare * Luminance(color));
 }
 
 std::string SunText(const Eigen::Vector3d& sun) {
